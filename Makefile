@@ -19,7 +19,7 @@ check: .venv/.check
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q tests/test_import_directions.py
+	$(BIN)/python -m pytest -q tests/test_import_directions.py tests/test_architecture.py
 
 validity: .venv/.test
 	FORCEMAP_VALIDITY=full $(BIN)/python -m pytest tests -s

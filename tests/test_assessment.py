@@ -72,10 +72,21 @@ def test_its_parts_are_those_of_the_library(whole, measured):
 
 
 def test_coefficients_stand_in_intervals_of_students_t(whole):
-    between = whole.force_map.fit.between_states
-    low, high = scipy.stats.t.interval(
-        0.95, between.degrees_of_freedom, whole.force_map.coefficients, between.standard_errors
-    )
+    """By brute force over the likely correlations, with the covariance s^2 AVA' of coefficients Ay."""
+    fit, between = whole.force_map.fit, whole.force_map.fit.between_states
+    x, effect, same = between.design, fit.place_effect, fit.states.place[:, None] == fit.states.place
+    weight = np.linalg.inv(np.where(same, effect.correlation, 0) + (1 - effect.correlation) * np.eye(len(x)))
+    a = np.linalg.solve(x.T @ weight @ x, x.T @ weight)
+    errors = [
+        between.residual_sd * np.sqrt(np.diag(a @ (np.where(same, rho, 0) + (1 - rho) * np.eye(len(x))) @ a.T))
+        for rho in np.linspace(effect.least, effect.correlation, 9)
+    ]
+    assert effect.least < effect.correlation
+    assert (errors[0] > errors[-1]).any()
+    errors = np.max(errors, axis=0)
+    np.testing.assert_allclose([each.standard_error for each in whole.coefficients], errors, rtol=1e-8)
+    np.testing.assert_allclose([each.t_value for each in whole.coefficients], whole.force_map.coefficients / errors)
+    low, high = scipy.stats.t.interval(0.95, between.degrees_of_freedom, whole.force_map.coefficients, errors)
     np.testing.assert_allclose([each.low for each in whole.coefficients], low)
     np.testing.assert_allclose([each.high for each in whole.coefficients], high)
 
@@ -177,7 +188,7 @@ def test_speeds_of_other_files_than_were_collected_are_withheld(copied, change):
 def let_calibration_expire(folder):
     toml = TOML.replace("[device]", "date = 2026-06-30\n[device]\ncalibrated = 2025-01-31")
     (folder / "campaign.toml").write_text(toml)
-    return "CALIBRATION of the force measuring device had expired on 2026-06-30"
+    return "one year, as no last day is stated): expired when it measured, on 2026-06-30"
 
 
 def forget_the_range(folder):

@@ -128,6 +128,30 @@ def test_a_raw_file_that_changed_or_vanished_is_named(folder, raw):
     path.write_bytes(content)
     collect(folder)
     assert written(folder) == kept
+    path.unlink()
+    for name in ("recordings.csv", "impacts.csv"):  # as the refusal says
+        lines = (folder / name).read_text().splitlines(keepends=True)
+        (folder / name).write_text("".join(line for line in lines if RUN not in line))
+    collect(folder)
+    assert [row["recording"] for row in rows(folder / "impacts.csv")] == [f"{OTHER}.csv"]
+
+
+def test_a_table_of_before_says_that_the_last_collect_could_use_nothing(folder, raw):
+    """Not that somebody changed it."""
+    raw(RUN, *pulse(150.0))
+    raw(OTHER, *pulse(160.0))
+    collect(folder)
+    text = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(
+        text + '\n[recordings]\ntime = "time_s"\nforce = "force_N"\ntime_unit = "ms"\n'
+    )
+    with pytest.raises(CampaignFileError, match="none of 2 recordings gave an impact"):
+        collect(folder)
+    said = fm.sentence(fm.read_dataset(folder).binding.refusal)
+    assert said.startswith("impacts.csv is from before: none of 2 recordings gave an impact that can be used")
+    (folder / "campaign.toml").write_text(text)
+    collect(folder)
+    assert fm.read_dataset(folder).binding.refusal is None
 
 
 def test_half_a_file_that_goes_on_is_read_again(tmp_path):

@@ -201,6 +201,8 @@ def test_columns_are_seen_tried_and_written(served):
         ('[recording]\ntime = "t"\n', "the nearest known ones are recordings.time"),
         ('[protocols]\ncell = "7"\n', "protocol.cell"),
         ("[device]\nrange_N = 500,0  # of the device\n", "numbers have a decimal point: range_N = 500.0"),
+        ('note = "a\n', "a text is not closed by its quotation mark"),
+        ("[robot]\nmodel = UR10e\n", "a text stands in quotation marks"),
     ],
 )
 def test_a_slip_is_answered_with_what_was_meant(tmp_path, text, words):

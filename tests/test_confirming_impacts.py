@@ -66,6 +66,49 @@ def test_impacts_that_fail_above_the_speed_released_now_are_made_again_at_it(for
     assert (found.result.outcome, found.superseded) == (Confirmed.DOES_NOT_PASS, ())
 
 
+def test_impacts_that_the_device_cannot_tell_from_the_limit_are_made_again_where_slower_ones_are_released(force_map):
+    """At the speed released now no repeat would tell more: more states do."""
+    first = fm.confirm_plan(force_map, 280.0, **CASE)
+    dataset, _ = made(force_map, first.plan, 0.995)
+    cannot = {str(name): (None, in_words("within the device's error")) for name in first.plan.recording}
+    plan = {"planned": first.plan, "recorded": first.plan.state_id.tolist()}
+    found = fm.confirm_plan(force_map, 280.0, **CASE, **plan).judged(dataset, cannot)
+    assert (found.result.outcome, found.superseded, len(found.added)) == (Confirmed.CANNOT_TELL, (), 0)
+    assert found.result.reason.figure("near") == 6
+    lower = fm.confirm_plan(force_map, 278.0, **CASE, **plan).judged(dataset, cannot)
+    assert set(lower.superseded) == set(first.plan.state_id)
+    again = fm.confirm_plan(force_map, 278.0, **CASE, **plan, superseded=lower.superseded).judged(dataset, cannot)
+    assert (again.result, len(again.added), len(again.earlier)) == (None, 6, 6)
+    weak, _ = made(force_map, first.plan, 0.9)  # for another reason than its force
+    found = fm.confirm_plan(force_map, 278.0, **CASE, **plan).judged(weak, cannot)
+    assert (found.result.outcome, found.superseded) == (Confirmed.CANNOT_TELL, ())
+    assert found.result.reason.figure("near") is None
+
+
+@pytest.mark.parametrize("faster_by", [0.0, 0.004, 0.009])
+def test_an_impact_above_the_bound_stays_whatever_a_faster_repeat_of_its_state_shows(force_map, faster_by):
+    """Nothing that is made again in the place of the repeat takes away what contradicts the map."""
+    first = fm.confirm_plan(force_map, 280.0, **CASE).plan
+    speed = first.speed + np.where(np.arange(6) == 2, 0.003, 0.0)  # a little faster than is released
+    force = 0.9 * np.asarray(BOUND.upper(force_map, first.distance, first.height, speed))
+    force[2] /= 0.9 / 1.004
+    again = {"speed": speed[2] + faster_by, "force": 0.0}
+    again["force"] = 0.998 * float(BOUND.upper(force_map, first.distance[2], first.height[2], again["speed"]))
+    rows = [0, 1, 2, 2, 3, 4, 5]
+    both = fm.ImpactDataset.from_arrays(
+        distance=first.distance[rows], height=first.height[rows], state=first.state_id[rows], role=first.role[rows],
+        speed=np.insert(speed, 3, again["speed"]), peak_force=np.insert(force, 3, again["force"]),
+        repeat=[1, 1, 1, 2, 1, 1, 1], recording=[f"{name}-{i}" for i, name in enumerate(first.state_id[rows])],
+    )  # fmt: skip
+    checked = {name: (True, in_words("judged")) for name in both.recording.tolist()}
+    checked[both.recording[2].item()] = checked[both.recording[3].item()] = (None, in_words("near the limit"))
+    plan = {"planned": first, "recorded": first.state_id.tolist()}
+    found = fm.confirm_plan(force_map, 280.0, **CASE, **plan).judged(both, checked)
+    assert (found.result.outcome, found.superseded) == (Confirmed.DOES_NOT_PASS, ())
+    elsewhere = fm.confirm_plan(force_map, 280.0, **CASE, **plan, superseded=[first.state_id[2].item()])
+    assert elsewhere.judged(both, checked).result.outcome is Confirmed.DOES_NOT_PASS
+
+
 def test_repeats_of_one_state_are_one_and_each_impact_counts_once(force_map):
     first = fm.confirm_plan(force_map, 280.0, **CASE).plan
     one = np.array([[first.distance[0], first.height[0], first.speed[0]]])

@@ -48,6 +48,19 @@ def test_a_sound_table_raises_no_doubt(name, seed, examples):
     assert kinds(examples[name]) == []
 
 
+@pytest.mark.parametrize(("device_range", "said"), [(50.0, True), (250.0, True), (500.0, False)])
+def test_readings_far_above_the_device_range_are_said(device_range, said):
+    """No device gives them: the range is mistyped."""
+    at, names, force = impacts("ur10e")
+    force = np.minimum(force, 510.0)
+    device = fm.Conditions(device=fm.Device(range=device_range))
+    dataset = table(at, force, names, censored=force >= device_range, conditions=device)
+    assert ("range_exceeded_far" in kinds(dataset)) == said
+    if (force >= device_range).all():
+        with pytest.raises(fm.ForcemapError, match=r"above the device range of 50 N.*is device\.range_N"):
+            fm.fit_force_map(dataset)
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("pair", EXCHANGES)
 @pytest.mark.parametrize("name", NAMES)

@@ -483,7 +483,7 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     assert "brakes along the path with at least 1 m/s^2" in text
     assert "no speed for any other direction of motion" in text
     assert text.count("280 N, transient contact") == 1
-    assert ",0.8000,0.0000,0.4400,0.8000,0.0000,0.4200,0.350,0.31" in text
+    assert ",0.800000,0.000000,0.440000,0.800000,0.000000,0.420000,0.350,0.31" in text
     assert sum(not line.startswith("#") for line in text.splitlines()) == len(pieces) + 1
     unstated = fm.path_speeds(
         ur10e,

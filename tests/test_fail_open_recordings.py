@@ -16,7 +16,7 @@ from forcemap.campaigns.phase_two import unused_cells
 from forcemap.campaigns.recordings_table import Use
 from forcemap.errors import CampaignFileError, RecordingError, TableError
 from forcemap.recordings.units import ForceUnit, listed
-from forcemap.words import assumptions, sentence
+from forcemap.words import sentence
 from pulses import TOML, collect, half_sine, pulse, recording, register, rows, save, write_campaign
 
 FORCES = listed([unit for unit in ForceUnit if unit is not ForceUnit.COUNTS])
@@ -727,7 +727,9 @@ def test_an_expired_calibration_is_said_everywhere(folder, ask):
     assert len(flags) == 27
     assert all("calibration_expired" in each for each in flags)
     collect(folder)
-    assert any("had expired on 2025-06-01" in line for line in assumptions([speed(folder).basis]))
+    held = "CALIBRATION of the force measuring device held until 2025-01-31 (one year, as no last day is stated)"
+    said = f"{held}: expired when it measured, on 2025-06-01"
+    assert said in [fm.sentence(each) for each in speed(folder).basis.warnings]
 
 
 @pytest.mark.parametrize(("duration", "first"), [(0.045, 0.020), (0.04, 0.018), (0.01, 0.004)])

@@ -122,6 +122,7 @@ class TestUnits:
             ("Force [x10N]", "Force [x10N]"),
             ("Force [10 N]", "Force [10 N]"),
             ("Voltage", "Voltage"),
+            *((name, None) for name in ("Force redundant", "Force abundance", "standard", "Kraft_Gedankt")),
             ("F(t)", None),
             ("Fx (TCP)", None),
             ("F_t", None),
@@ -138,6 +139,7 @@ class TestUnits:
         ("lines", "said"),
         [
             ("time_s,ForceKgf\n", "ForceKgf"),
+            *((f"time_s,Force{unit.name.title()}\n", "Force") for unit in ForceUnit if unit is not ForceUnit.COUNTS),
             ("time_s,Force*10 [N]\n", "10"),
             ("time_s,Voltage\n", "Voltage"),
             ("Dimension: daN\ntime_s,Kraft\n", "daN"),

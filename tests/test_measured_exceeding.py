@@ -76,6 +76,44 @@ def test_an_impact_above_the_limit_at_a_permitted_speed_is_said_first_and_nothin
         fm.robot_table(force_map, **export)
 
 
+@pytest.mark.parametrize("name", ["", "c-"])
+@pytest.mark.parametrize("apart", [0.0, 0.004, 0.009])
+def test_a_slow_repeat_above_the_limit_is_not_hidden_by_faster_ones(sound, apart, name, tmp_path):
+    """One state, whose mean speed is above the speed permitted there; the same of a map file."""
+    permitted = float(sound[1].speed)
+    high = float(fm.ToleranceBound().upper(sound[0], *PLACE, permitted)) + 6.0
+    repeats = [(permitted - 0.002, high), *[(permitted - 0.002 + apart, high - 8.0)] * 2]
+    data = impacts(*[(*PLACE, v, force) for v, force in repeats], name=name)
+    state = np.where(np.char.startswith(data.state, f"{name}t"), f"{name}t0", data.state)
+    columns = {
+        each: getattr(data, each) for each in ("distance", "height", "speed", "peak_force", "role", "conditions")
+    }
+    force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(**columns, state=state))
+    fm.write_map(force_map, tmp_path / "map.json")
+    for each in (force_map, fm.read_map(tmp_path / "map.json")):
+        lines = said(fm.safe_speed(each, 0.7, 0.3, **CASE))
+        assert any("LIMIT AT A SPEED" in line or "ABOVE ITS BOUND" in line for line in lines[:1])
+        export = {"limits": [(HAND, fm.Contact.TRANSIENT)], "bound": fm.ToleranceBound(), "size": 0.1, "angle": 0.0}
+        with pytest.raises(fm.NotReleasable, match=f"{name}t0"):
+            fm.robot_table(each, **export)
+
+
+def test_a_censored_repeat_above_the_limit_is_not_hidden_by_faster_ones(sound):
+    """Nothing tells how far it was above, so no speed from its own on holds at that place."""
+    slow = float(sound[1].speed) - 0.003
+    data = impacts((*PLACE, slow, 290.0), *[(*PLACE, slow + 0.009, 270.0)] * 2)
+    names = ("distance", "height", "speed", "peak_force", "role", "conditions")
+    force_map = fm.fit_force_map(
+        fm.ImpactDataset.from_arrays(
+            **{each: getattr(data, each) for each in names},
+            state=np.where(np.char.startswith(data.state, "t"), "t0", data.state),
+            censored=data.peak_force == 290.0,
+        )
+    )
+    speed = float(fm.safe_speed(force_map, *PLACE, **CASE).speed)
+    assert np.isnan(speed) or speed < slow
+
+
 @pytest.mark.parametrize("speed", [0.05, 0.15, 0.199])
 def test_an_impact_slower_than_any_that_was_fitted_there_counts(speed):
     """A robot that is permitted 0.34 m/s may move at 0.15 m/s, too, where 300 N were measured."""

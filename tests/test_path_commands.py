@@ -150,6 +150,37 @@ def test_place_finds_where_to_put_the_table(capsys):
     assert "no transient limit may be used" in capsys.readouterr().out
 
 
+def test_a_bent_path_says_what_it_leaves_without_permission(capsys, tmp_path):
+    (tmp_path / "slant.csv").write_text("x_m,y_m,z_m\n0.7,0,0.44\n0.72,0,0.28\n")
+    found = result(capsys, "path", "ur10e", "slant.csv", *HAND, "--suggest", "bent.csv", code=1)["suggestion"]
+    assert (found["bent_moves"], found["cycle_time_s"]) == (1, None)
+    left = 1000 * (1 - found["permitted_share"]) * found["length_m"]
+    assert run(["path", "ur10e", "slant.csv", *HAND, "--suggest", "bent.csv"]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"permitted on {found['length_m']:.3f} m but for {left:.3g} mm; another way" in said
+    assert "give them one of their own in this file, and in the task with contact_possible = false" in said
+    again = result(capsys, "path", "ur10e", "bent.csv", *HAND, code=1)
+    refused = sum(1000 * piece["length_m"] for piece in again["pieces"] if piece["speed_mps"] is None)
+    assert refused == pytest.approx(left, rel=1e-3)
+
+
+def test_of_positions_as_fast_place_takes_the_one_with_the_highest_speeds(capsys, tmp_path):
+    """A short stroke is never as fast as is allowed: the acceleration decides."""
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m\n0,0,0.02\n0,0,0\n")
+    found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.05", "--acceleration-mps2", "0.5")
+    times = {(p["distance_m"], p["height_m"]): p["cycle_time_s"] for p in found["positions"] if p["cycle_time_s"]}
+    fast = [place for place, time in times.items() if time <= min(times.values()) + 5e-4]
+    assert found["as_fast"] == len(fast) > 3
+    allowed = {}
+    for d, h in fast:
+        (tmp_path / "there.csv").write_text(f"x_m,y_m,z_m\n{d},0,{h + 0.02}\n{d},0,{h}\n")
+        pieces = result(capsys, "path", "ur10e", "there.csv", *HAND)["pieces"]
+        allowed[d, h] = min(piece["speed_mps"] for piece in pieces)
+    assert (found["best"]["distance_m"], found["best"]["height_m"]) == max(allowed, key=allowed.get)
+    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.05", "--acceleration-mps2", "0.5"]) == 0
+    assert f"{len(fast)} positions are as fast to 1 ms" in capsys.readouterr().out
+
+
 def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     (tmp_path / "table.csv").write_text("x_m,y_m,z_m,segment\n0,0,0.05,press\n0,0,0,lift\n0,0,0.05,lift\n")
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 1
@@ -298,6 +329,41 @@ def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):
     assert "only to brake for a slower one)" in said
     assert run(["path", "ur10e", "path.csv", *HAND, "--column", "speed=v"]) == 2
     assert "the columns x_m, y_m, z_m, speed_to_point_mps" in capsys.readouterr().err
+
+
+def test_a_scaling_file_is_a_path_at_its_commanded_speeds(capsys):
+    Path("tilted.csv").write_text("x_m,y_m,z_m,segment\n0.8,0.1,0.44,press\n0.7,0.3,0.36,lift\n0.7,0.3,0.44,\n")
+    for path in ("path.csv", "tilted.csv"):
+        run(["export-path", "ur10e", path, "--task", "task.toml", "-o", "s.csv"])
+        capsys.readouterr()
+        text = Path("s.csv").read_text()
+        rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+        before = fm.read_path(path)
+        if path == "tilted.csv":
+            assert {row["commanded_speed_mps"] for row in rows} >= {"0.000"}
+            with pytest.raises(fm.InputError, match=r"'0\.000', expected a positive number.*without permission"):
+                fm.read_path("s.csv")
+            continue
+        again = fm.read_path("s.csv")
+        assert again.points == pytest.approx(np.vstack([again.points[:1], again.points[1:]]), abs=1e-6)
+        assert again.lengths.sum() == pytest.approx(before.lengths.sum(), abs=1e-5)
+        assert again.stated_speeds.tolist() == [float(row["commanded_speed_mps"]) for row in rows]
+        assert again.names == tuple(row["segment"] for row in rows)
+        found = result(capsys, "path", "ur10e", "s.csv", "--task", "task.toml")
+        assert [each["programmed_speed_mps"] for each in found["pieces"]] == again.stated_speeds.tolist()
+        assert run(["path", "ur10e", "s.csv", "--task", "task.toml"]) == 0
+        low, high = (f"{each([float(row['commanded_speed_mps']) for row in rows[:4]]):.3f}" for each in (min, max))
+        assert low < high
+        assert f"{low} to {high}" in capsys.readouterr().out
+        Path("s.csv").write_text(text.replace("\n2,", "\n2,no,", 1))
+        with pytest.raises(fm.InputError):
+            fm.read_path("s.csv")
+        lines = text.splitlines()
+        first = next(number for number, line in enumerate(lines) if line.startswith("1,"))
+        lines[first : first + 2] = lines[first + 1], lines[first]
+        Path("s.csv").write_text("\n".join(lines) + "\n")
+        with pytest.raises(fm.InputError, match="does not begin where the one before ends"):
+            fm.read_path("s.csv")
 
 
 def test_the_terminal_says_which_segments_a_safety_sheet_would_stop(capsys):

@@ -299,21 +299,47 @@ def test_a_row_without_a_speed_leaves_its_motions_unknown_unless_they_are_too_fa
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_speed_to_a_point_is_that_of_the_motion_to_it(layout, tmp_path):
+@pytest.mark.parametrize(
+    ("column", "stated", "whose"),
+    [
+        (
+            "speed_to_point_mps",
+            ("0.9", "0.4", "", "0.2", "0.3"),
+            "that of the point it leads to",
+        ),  # the first begins it
+        (
+            "speed_from_point_mps",
+            ("0.4", "", "0.2", "0.3", "0.9"),
+            "that of the point it begins at",
+        ),  # the last ends it
+    ],
+)
+def test_a_speed_to_or_from_a_point_is_that_of_one_motion(column, stated, whose, layout, tmp_path):
     robot = robot_named("ur10e") if layout.startswith("joint") else None
-    rows = [f"{row},{speed}" for row, speed in zip(LAYOUTS[layout], ("0.9", "0.4", "", "0.2", "0.3"), strict=True)]
-    (tmp_path / "path.csv").write_text("\n".join([f"{layout},speed_to_point_mps", *rows]))
+    rows = [f"{row},{speed}" for row, speed in zip(LAYOUTS[layout], stated, strict=True)]
+    (tmp_path / "path.csv").write_text("\n".join([f"{layout},{column}", *rows]))
     path = fm.read_path(tmp_path / "path.csv", robot=robot)
     runs = [speed for speed, _ in itertools.groupby(np.nan_to_num(path.stated_speeds).tolist())]
-    assert runs == [0.4, 0.0, 0.2, 0.3]  # the first leads to where the path begins
+    assert runs == [0.4, 0.0, 0.2, 0.3]
     hand = ("back_of_hand",), fm.Contact.TRANSIENT
     task = one_segment_task("path", *hand, speed=0.25)
     speeds = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
     ends, middles = np.cumsum(path.lengths), np.cumsum(speeds.path.lengths) - speeds.path.lengths / 2
     filled = np.where(np.isnan(path.stated_speeds), 0.25, path.stated_speeds)
     np.testing.assert_array_equal(speeds.programmed, filled[np.searchsorted(ends, middles)])
-    of_rows = "programmed speed: that of the path's rows, on each motion that of the point it leads to"
+    of_rows = f"programmed speed: that of the path's rows, on each motion {whose}"
     assert f"{of_rows}; for one that states none the task's counts, if it states one" in lines(speeds)
+    both = [f"{layout},{column},speed_mps", *(f"{row},1" for row in rows)]
+    (tmp_path / "path.csv").write_text("\n".join(both))
+    with pytest.raises(fm.InputError, match="expected one of them"):
+        fm.read_path(tmp_path / "path.csv", robot=robot)
+
+
+def test_no_row_of_a_path_is_hidden(tmp_path):
+    """Lines that begin with # are remarks above the names of the columns alone."""
+    rows = ["#1 press,0.8,0,0.44", "#2 dip,0.8,0,0.18", "#3 lift,0.8,0,0.44", ",0.8,0,0.5"]
+    (tmp_path / "path.csv").write_text("\n".join(["# a remark", "segment,x_m,y_m,z_m", *rows]))
+    assert fm.read_path(tmp_path / "path.csv").names == ("#1 press", "#2 dip", "#3 lift")
 
 
 @pytest.mark.parametrize("last", ["place", "lift", ""])
@@ -590,7 +616,7 @@ def test_joint_motion_that_pieces_cannot_follow_is_refused(tmp_path):
         ("x_m,y_m,z_m,distance_m,height_m\n0.8,0,0.4,0.8,0.4\n0.8,0,0.3,0.8,0.3\n", "unknown column"),
         ("a,b\n1,2\n3,4\n", "unknown column"),
         ("time_s\n1\n2\n", "found no positions"),
-        ("time_s,x_m,y_m,z_m\n1,0.8,0,0.4\n1,0.8,0,0.3\n", "times that are finite and rise"),
+        ("time_s,x_m,y_m,z_m\n1,0.8,0,0.4\n1,0.8,0,0.3\n", "row 3, column time_s: found 1, expected a time after"),
         ("segment,x_m,y_m,z_m\n,0.8,0,0.4\n,0.8,0,0.3\n", "found no name"),
         ("distance_m,height_m\n-0.8,0.4\n0.8,0.3\n", "negative distance"),
         ("joint_1_rad,joint_2_deg\n1,2\n3,4\n", "name their robot"),

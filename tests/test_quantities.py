@@ -11,6 +11,7 @@ from forcemap.campaigns.quantity import Quantity
 from forcemap.maps.carry_over import transfer_map
 from forcemap.maps.map_file import map_text
 from forcemap.recordings.film import Film
+from forcemap.speeds.basis import doubts_of_fit
 from sizes import FULL_SIZE
 
 FORCE, PRESSURE = Quantity.FORCE, Quantity.PRESSURE
@@ -383,6 +384,18 @@ def test_a_few_clamping_forces_below_the_limit_refuse_nothing(clamping):
     refused = fm.safe_speed(force_map, 0.8, 0.3, **HELD | {"limit": data.phase_two.largest_force - 5.0})
     assert refused.outcome == "unconfirmed"
     assert fm.sentence(refused.reason).startswith("clamping force: ")
+
+
+@pytest.mark.parametrize(("fall", "bent", "doubted"), [(0.0, 0.0, False), (3.0, 0.0, True), (0.0, 8.0, True)])
+def test_a_held_force_is_doubted_where_it_falls_with_speed_by_more_than_its_scatter(fall, bent, doubted):
+    """Terms of speed fitted to a held force, which hardly depends on speed, fall somewhere; also between its ends."""
+    course = {"clamping": lambda d, h, v: 128 * np.exp(-fall * v + bent * (v - 0.3) ** 2) + 0 * d}
+    data = table(np.random.default_rng(24), **course, **WITHOUT_PRESSURE)
+    held = fm.fit_force_map(data).other(Quantity.CLAMPING_FORCE)
+    assert not held.rises_with_speed
+    said = [fm.sentence(each) for each in doubts_of_fit(held) if each.kind is fm.FindingKind.FALLS_WITH_SPEED]
+    assert bool(said) == doubted
+    assert not any("--forms" in line for line in said)  # it compares forms of the peak force
 
 
 def test_noise_around_nothing_is_no_clamping_force():

@@ -319,6 +319,17 @@ def test_from_a_release_to_its_end(register, measured, asked):
     assert (warnings, bool(said["warnings"]), shown["speeds"]["confirmed"]) == (said["warnings"], True, False)
     cell_of = CellAnswer.of(cell_state(register, "plant/cell-1")[0])
     assert cell_of.standing == "in force, NOT CONFIRMED BY MEASUREMENT"
+    one = cell_of.releases[0]
+    over = one.model_copy(update={"release": 2, "subject": "point P4", "in_force": False, "speeds": None})
+    partly = cell_of.model_copy(update={"in_force": False, "releases": [over, one]})
+    assert partly.standing == (
+        "NOT IN FORCE: release 2 (point P4); 1 of 2 releases in force, NOT CONFIRMED BY MEASUREMENT"
+    )
+    replaced = over.model_copy(update={"counts": False})
+    assert partly.model_copy(update={"releases": [replaced]}).standing == "NOT IN FORCE: it has no release"
+    assert partly.model_copy(update={"releases": [over]}).standing == "NOT IN FORCE"
+    both = partly.model_copy(update={"in_force": True, "releases": [one, replaced]})
+    assert both.standing == "in force, NOT CONFIRMED BY MEASUREMENT"
     (of_release,) = cell_of.releases
     assert of_release.rests_on == of_release.bound
     confirmed = of_release.model_copy(update={"speeds": of_release.speeds | {"confirmed": True}})

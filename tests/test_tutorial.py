@@ -30,7 +30,10 @@ def test_the_tutorial_runs_from_nothing_to_a_report(tmp_path, monkeypatch, capsy
                 printed = printed.partition(excerpt)[2]
         else:
             Path(NAMED.findall(text[: part.start()])[-1]).write_text(part["block"])
-    chain = "plan simulate inspect collect check fit evaluate compare speed speed speed-map path export report report"
+    chain = (
+        "plan simulate inspect collect check fit evaluate compare speed speed speed-map path export report report "
+        "confirm simulate collect confirm"
+    )
     assert commands == chain.split()
     for name in re.findall(r"^\| `(.*?)` \|", text, re.M):
         assert (tmp_path / name).exists(), name

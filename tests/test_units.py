@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -317,9 +318,11 @@ def test_every_unit_of_force_reads_as_the_same_newtons_and_is_offered(unit, tmp_
         (refused,) = [
             row
             for row in (root / "docs/your_device_files.md").read_text().splitlines()
-            if row.startswith("| a unit that is neither")
+            if row.startswith("| a unit that is") and '`force_unit = "counts"`' in row
         ]
-        assert str(unit) in refused
+        head, example = refused.split(" (`[")[0], refused.split(" (`[")[1].split(")")[0]
+        assert re.search(rf"\b{unit}\b", head), head
+        assert f"[{unit}]" not in f"[{example}"
 
 
 @pytest.mark.parametrize("unit", TimeUnit)

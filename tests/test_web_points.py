@@ -98,6 +98,9 @@ def test_a_point_is_added_changed_and_taken_out(client, folder):
     page = client.get("/campaigns/cell/points").text
     assert "&lt;b&gt;H&amp;1" in page
     assert "the program has 0.9 m/s here" in page
+    assert "<strong>The cell may not run as programmed.</strong>" in page
+    assert any(line.startswith("ONLY for motion straight along the map's direction") for line in added["rests_on"])
+    assert added["rests_on"] == [fm.sentence(each) for each in fm.assess_campaign(folder).points[0].rests_on]
     too_fast = points(client)["points"][1]
     assert too_fast["speed_to_program_mps"] is None
     at_most = fm.floor_speed(too_fast["program_at_most_mps"])

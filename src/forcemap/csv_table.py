@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 import re
 from collections import Counter
@@ -108,7 +109,7 @@ class Table:
 def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) -> Table:
     """The text of a table: UTF-8, a header, commas, semicolons or tabs; `what` is what a row holds.
 
-    If `remarked`, lines that begin with # are no rows but remarks.
+    If `remarked`, lines above the header that begin with # are remarks; below it they are rows: none is hidden.
 
     Raises
     ------
@@ -121,9 +122,10 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
     text, remarks = _text(content, file), {}
     if remarked:
         lines = text.splitlines()
-        remarked_lines = [line.lstrip("# ").partition(":") for line in lines if line.startswith("#")]
+        above = [*itertools.takewhile(lambda line: line.startswith("#") or not line.strip(), lines)]
+        remarked_lines = [line.lstrip("# ").partition(":") for line in above]
         remarks = {word.strip().lower(): value.strip() for word, _, value in remarked_lines}
-        text = "\n".join("" if line.startswith("#") else line for line in lines)
+        text = "\n".join(["" for _ in above] + lines[len(above) :])
     first = next((line for line in text.splitlines() if line.strip()), "")
     if not first:
         raise TableError(f"the file is empty, expected a header and at least one {what}", file=file)

@@ -163,6 +163,15 @@ _LONGEST_SHOWN = 100  # characters of an entry's name in an error
 _DECIMAL_COMMA = re.compile(r"^[ \t]*[\w.]+[ \t]*=[ \t]*[-+]?[0-9]+,[0-9]+(?=[ \t]*(?:#.*)?$)", re.MULTILINE)
 
 
+def _slip(content: bytes, error: str) -> str:
+    """What is probably wrong in a TOML file that cannot be read."""
+    if commas := _DECIMAL_COMMA.findall(content.decode("utf-8", "replace")):
+        return f"; numbers have a decimal point: {commas[0].strip().replace(',', '.')}"
+    if "Illegal character '\\n'" in error:
+        return "; a text is not closed by its quotation mark"
+    return "; a text stands in quotation marks" if error.startswith("Invalid value") else ""
+
+
 def toml_tables(content: bytes) -> dict[str, Any]:
     """The tables of a TOML file.
 
@@ -181,9 +190,7 @@ def toml_tables(content: bytes) -> dict[str, Any]:
     except RecursionError:
         raise InputError("not a TOML file that can be used: nested too deeply") from None
     except ValueError as error:  # also a number of thousands of digits
-        commas = _DECIMAL_COMMA.findall(content.decode("utf-8", "replace"))
-        hint = f"; numbers have a decimal point: {commas[0].strip().replace(',', '.')}" if commas else ""
-        raise InputError(f"not a TOML file in UTF-8: {error}{hint}") from None
+        raise InputError(f"not a TOML file in UTF-8: {error}{_slip(content, str(error))}") from None
     entries: list[tuple[str, Any, int]] = [("", tables, 0)]
     while entries:
         name, value, depth = entries.pop()

@@ -116,9 +116,9 @@ class FitAnswer(PlaceFigures):
     form: str = of("form", "name")
     terms: list[str] = of("form", "term_names")
     coefficients: Figures
-    standard_errors: Figures = of("fit", "between_states", "standard_errors")
-    t_values: Figures = of("fit", "between_states", "t_values")
-    p_values: Figures = of("fit", "between_states", "p_values")
+    standard_errors: Figures = of("fit", "standard_errors")
+    t_values: Figures
+    p_values: Figures
     intervals_low: Figures
     intervals_high: Figures
     over_samples: OverSamples | None = of("fit", "over_samples")
@@ -129,6 +129,8 @@ class FitAnswer(PlaceFigures):
     samples: int = of("fit", "samples")
     test_samples: int
     spring_stated: bool
+    highest_limit_N: Figure
+    range_stated: bool
     transient_refused: SaidIfAny
     censored_samples: int = of("fit", "censored_samples")
     censored_fit: bool = of("fit", "censored_fit")
@@ -179,10 +181,14 @@ class FitAnswer(PlaceFigures):
             states_left_out_names=fit.left_out.name,
             test_samples=len(dataset.tested),
             spring_stated=not math.isnan(force_map.conditions.device.stiffness),
+            highest_limit_N=force_map.highest_force - force_map.conditions.device.error_or_default,
+            range_stated=not math.isnan(force_map.device_range),
             transient_refused=force_map.phase_two.transient_refusal(math.inf, 0.0),
             repeats=most,
             fewest_repeats=fewest,
             bound_margin_percent=margins_of(force_map),
+            t_values=[each.t_value for each in coefficients],
+            p_values=[each.p_value for each in coefficients],
             intervals_low=[each.low for each in coefficients],
             intervals_high=[each.high for each in coefficients],
             accuracy=accuracies[0],

@@ -169,7 +169,7 @@ class PathAnswer(AlongAnswer):
             permitted=not refused.any(),
             too_fast=bool(fast.any()),
             programmed=not np.isnan(speeds.programmed).any(),
-            programmed_by_points=speeds.path.stated_speeds is not None and not speeds.path.to_point,
+            programmed_by_points=speeds.path.stated_speeds is not None and not speeds.path.speeds_of,
             length_m=float(lengths.sum()),
             refused_length_m=float(lengths[refused].sum()),
             too_fast_length_m=float(lengths[fast].sum()),
@@ -191,7 +191,7 @@ class Position(AtPlace):
 
 
 class Best(AtPlace):
-    """The position with the shortest cycle time."""
+    """The position with the shortest cycle time; of several as short to the digit, the one with the highest speeds."""
 
     cycle_time_s: float
 
@@ -214,6 +214,7 @@ class PlacesAnswer(AlongAnswer):
     step_m: float
     finer_step_m: Figure
     best: Best | None
+    as_fast: int
     most_permitted: Position
     sensitivity: list[Shift]
     cycle_times: list[CycleTimeAnswer]

@@ -9,6 +9,9 @@ from pydantic import Field
 from forcemap.answers.answer import AllSaid, Answer, Words
 from forcemap.direction import WIDEST_ANGLE
 
+_NAMED = 3
+"""Releases that the standing of a cell names."""
+
 WARNINGS_NOT_KEPT = (
     "WHAT MUST BE SAID FIRST IS NOT KNOWN: released by an earlier version; see its report, or release anew"
 )
@@ -88,11 +91,12 @@ class FactAnswer(Answer):
 
 
 class ReleaseAnswer(Answer):
-    """A release; its speeds are null unless it is in force."""
+    """A release; its speeds are null unless it is in force. One that was withdrawn or replaced does not count."""
 
     release: int
     cell: str
     in_force: bool
+    counts: bool
     why_not: AllSaid
     subject: str
     areas: str
@@ -178,11 +182,18 @@ class CellAnswer(Answer):
 
     @property
     def standing(self) -> str:
-        """Whether it is in force, and whether a release that is was never confirmed."""
-        if not self.in_force:
-            return "NOT IN FORCE"
-        unconfirmed = any(each.speeds and each.speeds.get("confirmed") is False for each in self.releases)
-        return f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}"
+        """Whether it is in force, else which releases are not, and whether one that is was never confirmed."""
+        counting = [release for release in self.releases if release.counts]
+        in_force = [release for release in counting if release.in_force]
+        unconfirmed = any(each.speeds and each.speeds.get("confirmed") is False for each in in_force)
+        said = f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}"
+        if self.in_force:
+            return said
+        if not in_force:
+            return f"NOT IN FORCE{': it has no release' * (not counting)}"
+        lacking = [f"release {each.release} ({each.subject})" for each in counting if not each.in_force]
+        more = f" and {len(lacking) - _NAMED} more" * (len(lacking) > _NAMED)
+        return f"NOT IN FORCE: {', '.join(lacking[:_NAMED])}{more}; {len(in_force)} of {len(counting)} releases {said}"
 
     @classmethod
     def of(cls, state: Any, events: Any = ()) -> CellAnswer:

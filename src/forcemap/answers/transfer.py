@@ -29,7 +29,7 @@ class CarriedMap(Answer):
     form: str = of("form", "name")
     terms: list[str] = of("form", "term_names")
     coefficients: Figures
-    standard_errors: Figures = of("fit", "between_states", "standard_errors")
+    standard_errors: Figures = of("fit", "standard_errors")
     states: int
     states_left_out: list[str] = of("fit", "left_out", "name")
     censored_samples: int = of("fit", "censored_samples")

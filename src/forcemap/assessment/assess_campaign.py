@@ -341,7 +341,7 @@ def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
     dataset = dataset if isinstance(dataset, Missing) else withheld_by(findings, dataset)
-    findings += [doubt] if (doubt := conditions.speed_doubt) else []
+    findings += conditions.doubts
     return _Measured(recordings, dataset, conditions, simulated, tuple(findings))
 
 
@@ -453,7 +453,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
     records = attempt(lambda: read_campaign(stated.folder))
     dataset = attempt(lambda: read_dataset(stated.folder, conditions=stated.conditions))
     broken = None if isinstance(dataset, Missing) else dataset.binding.reason
-    said = tuple(finding for finding in (broken, stated.conditions.speed_doubt) if finding)
+    said = (*([broken] if broken else []), *stated.conditions.doubts)
     simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
     measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, said)
     bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)

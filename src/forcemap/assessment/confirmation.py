@@ -86,7 +86,8 @@ def confirmations(
             return None
         if isinstance(limit, ForceLimit) and not limit.permitted:
             return None
-        result = confirmation_plan(whole, dataset, force_map, bound=bound, limit=limit, contact=contact).result
+        plan = confirmation_plan(whole, dataset, force_map, bound=bound, limit=limit, contact=contact)
+        result = plan.result or _none_measured(plan)
         waiting = sorted(set(whole.files()) - {entry.file for entry in whole.entries})
         if result is None or result.outcome is Confirmed.DOES_NOT_PASS or not waiting:
             return result
@@ -94,6 +95,15 @@ def confirmations(
         return replace(result, outcome=Confirmed.CANNOT_TELL, reason=new)
 
     return of
+
+
+def _none_measured(plan: ConfirmationPlan) -> ConfirmationResult | None:
+    """The result where runs are planned and none is measured; None if none is planned for these speeds."""
+    missing = tuple(name for name in plan.plan.recording.tolist() if name not in plan.added.recording)
+    if plan.refusal or not missing:
+        return None
+    reason = Finding.of(FindingKind.RUNS_MISSING, runs=len(missing), of=len(plan.plan))
+    return ConfirmationResult((), missing, Confirmed.CANNOT_TELL, reason)
 
 
 def saying(force_map: ForceMap, confirmed: Confirmations) -> ForceMap:

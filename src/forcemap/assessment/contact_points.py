@@ -103,6 +103,11 @@ class ContactPoint:
         return not (math.isnan(self.distance) or math.isnan(self.height))
 
     @property
+    def extent(self) -> float:
+        """How far its zone reaches [m]; 0 for a place."""
+        return max(self.distance_to - self.distance, self.height_to - self.height)
+
+    @property
     def held_as_free(self) -> bool:
         """True if a transient limit is stated for a body part that cannot give way, for which it is not made."""
         return self.body is Body.CONSTRAINED and self.contact is Contact.TRANSIENT

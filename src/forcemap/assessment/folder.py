@@ -148,8 +148,6 @@ def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> lis
         suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
         if limit.permitted and suits.refusal:
             findings.append(Finding.of(FindingKind.NO_SPEED_FOR_AREA, suits.refusal, area=limit.name))
-    if conditions.date and conditions.device.expired(conditions.date):
-        findings.append(Finding.of(FindingKind.CALIBRATION_EXPIRED, date=conditions.date))
     if math.isnan(conditions.device.range):
         findings.append(Finding.of(FindingKind.SATURATION_UNSEEN))
     editions = list(dict.fromkeys(limit.edition for limit in limits))

@@ -42,6 +42,10 @@ FEWEST_REPEATS = 3
 """Repeats that a point needs which rests on measurements: as many as the paper made of a state. A choice."""
 
 
+_NO_WAY = {"grown_m": None, "area": None} | dict.fromkeys(("here", "zone", "both"), False)
+"""What a point needs where its refusal says that itself."""
+
+
 class PointOutcome(StrEnum):
     """Whether contact at a point is permitted; only `confirmed` rests on impacts at released speeds."""
 
@@ -255,11 +259,12 @@ def _by_map(
                 force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance
             )
         except ForcemapError as error:
-            why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message), grown_m=None, area=None)
+            why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message), **_NO_WAY)
             parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
             continue
         refusal = speeds.basis.export_refusal
         near = {"grown_m": allowance.position or None, "raised": raised_off_axis(angle) - 1 or None}
+        straight = [note for note in speeds.basis.notes if note.kind is FindingKind.ALONG_ONLY]
         lowest = Finding.of(FindingKind.POINT_LOWEST_NEAR, **near)
         asked = {"area": limit.name, "contact": contact.value, "grown_m": allowance.position or None}
         for i, point in enumerate(group):
@@ -267,9 +272,12 @@ def _by_map(
                 why = Finding.of(FindingKind.POINT_NOT_RELEASED, refusal)
                 parts[point.name] = _Part(math.nan, lacks=(why,))
                 continue
-            reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked)
+            zone = point.extent > _tolerance(conditions).place
+            ways = {"zone": zone, "both": not zone and point.by_measurements}
+            ways["here"] = not any(ways.values())
+            reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked, **ways)
             part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact, bound), limit, contact)
-            rests_on = (*part.rests_on, lowest) if part.rests_on else ()
+            rests_on = (*straight, *part.rests_on, lowest) if part.rests_on else ()
             parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
 
@@ -343,7 +351,7 @@ def _measured(
     impacts = list(every.values())
     tolerance = _tolerance(conditions)
     slower, faster = _not_named(impacts, named.get(PASSED_OVER, ()), tolerance.speed + allowance.speed)
-    if not point.by_map and max(point.distance_to - point.distance, point.height_to - point.height) > tolerance.place:
+    if not point.by_map and point.extent > tolerance.place:
         lacks.append(Finding.of(FindingKind.POINT_ZONE_MEASURED))
     if any(not impact.own for impact in impacts):
         lacks += _not_as_measured(point, conditions, on_map=False)

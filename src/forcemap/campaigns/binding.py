@@ -23,7 +23,15 @@ from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, TRUTHS, UNUSE
 from forcemap.campaigns.conditions import MEASURED_UNDER, Conditions
 from forcemap.campaigns.phase_two import unused_cells
 from forcemap.campaigns.point_list import left_out_at_points
-from forcemap.campaigns.recordings_table import MEASURED_ON, REGISTER_FILE, Entry, Use, read_register, row_sha256
+from forcemap.campaigns.recordings_table import (
+    MEASURED_ON,
+    REGISTER_FILE,
+    Entry,
+    Use,
+    none_used,
+    read_register,
+    row_sha256,
+)
 from forcemap.campaigns.state import CONFIRMING, States
 from forcemap.campaigns.units import unit_finding, unit_of_time_finding
 from forcemap.errors import InputError
@@ -108,6 +116,8 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
         return _broken(FindingKind.NOT_BOUND_YET, table=table.name)
     if edited := [entry.file for entry in entries if entry.row_sha256 != row_sha256(entry)]:
         return _broken(FindingKind.REGISTER_EDITED, all=tuple(edited))
+    if not used:
+        return _broken(FindingKind.TABLE_OF_BEFORE, table=table.name, words=none_used(entries))
     hashes = {name: entry.impact_sha256 for name, entry in used.items()}
     other = [name for row, name in zip(rows, names, strict=True) if hashes.get(name) != impact_sha256(row)]
     named = set(names)

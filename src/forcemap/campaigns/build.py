@@ -199,9 +199,10 @@ def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None
             f"it holds what was registered as {was}: name it so again; or, if the names are right now, delete the rows "
             f"of all that were renamed in {register}, and collect"
         )
+    both = f"delete its row there and in {TABLE_FILE}"
     refusals = {
-        FileState.GONE: f"registered in {register}, but the file is gone; put it back, or delete its row",
-        FileState.CURVE_GONE: f"registered with a curve {entry.curve!r}, which the file does not hold; delete the row",
+        FileState.GONE: f"registered in {register}, but the file is gone; put it back, or {both}",
+        FileState.CURVE_GONE: f"registered in {register} with {entry.curve!r}, which the file does not hold; {both}",
         FileState.CHANGED: (
             "the file has changed since it was registered "
             f"({entry.sha256[:12]}... then, {recording.sha256[:12]}... now); {way}{_others_changed(campaign, entry)}"

@@ -155,11 +155,16 @@ class Conditions:
         return np.asarray(stated < self.slowest - _ROUNDING)
 
     @property
-    def speed_doubt(self) -> Finding | None:
-        """That nothing tells how far off the stated speeds are; None if they were measured, or an error is stated."""
-        if self.speed_kind == "measured" or not math.isnan(self.speed_error):
-            return None
-        return Finding.of(FindingKind.SPEED_ERROR_NOT_STATED, kind=self.speed_kind, example=_USUAL_SPEED_ERROR)
+    def doubts(self) -> tuple[Finding, ...]:
+        """That the device's calibration had expired; that nothing tells how far off the stated speeds are."""
+        speed = {"kind": self.speed_kind, "example": _USUAL_SPEED_ERROR}
+        told = self.speed_kind == "measured" or not math.isnan(self.speed_error)
+        expired = self.date and self.device.expired(self.date)
+        until = {"until": str(self.device.expires), "assumed": not self.device.calibration_expires, "date": self.date}
+        return (
+            *([Finding.of(FindingKind.CALIBRATION_EXPIRED, **until)] if expired else []),
+            *([] if told else [Finding.of(FindingKind.SPEED_ERROR_NOT_STATED, **speed)]),
+        )
 
     @property
     def robot_mass(self) -> float:
@@ -206,7 +211,6 @@ class Conditions:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What a speed depends on of them, SIMULATED first; what is not stated is among them."""
-        expired = self.date and self.device.expired(self.date)
         return (
             *([Finding.of(FindingKind.SIMULATED)] if self.simulated else []),
             Finding.of(FindingKind.ROBOT, robot=self.robot),
@@ -217,7 +221,6 @@ class Conditions:
             Finding.of(FindingKind.SPEED_KIND, kind=self.speed_kind, error=self.speed_error),
             *([Finding.of(FindingKind.LIMIT_TABLE, table=self.limit_table)] if self.limit_table else []),
             *(_device_finding(*entry) for entry in self.devices or (("", self.device),)),
-            *([Finding.of(FindingKind.CALIBRATION_EXPIRED, date=self.date)] if expired else []),
         )
 
     @property

@@ -21,6 +21,7 @@ SPEEDS_APART = 1.5
 _FEW_STATES = 0.2  # share of states that may be exchanged: the others still show what is usual
 _LEAST_STEPS = 3  # of speed, at the same places, to see how the force goes
 _SAME_DIRECTION = 10.0  # base angles this close have the same direction [deg]
+_BEYOND_RANGE = 1.2  # of the device range; devices stop within some percent of it
 _MOST_IMPACTS = 0.6  # share of impacts that shows which base angle is the usual one
 
 
@@ -33,6 +34,15 @@ def contradictions(states: States) -> tuple[Finding, ...]:
     """
     checks = (_named_otherwise, _falling, _higher_than_far, _exchanged)
     return tuple(finding for check in checks if len(states) and (finding := check(states)))
+
+
+def range_exceeded(force: FloatArray, device_range: float) -> Finding | None:
+    """Readings far above the device range, which no device gives; force in N, shape (n,), a range of NaN not stated."""
+    far = force > _BEYOND_RANGE * device_range
+    if not far.any():
+        return None
+    figures = {"impacts": int(far.sum()), "of": far.size, "force_N": float(force.max()), "range_N": device_range}
+    return Finding.of(FindingKind.RANGE_EXCEEDED_FAR, **figures)
 
 
 def opposite_base_angle(angle: FloatArray, stated: float) -> Finding | None:

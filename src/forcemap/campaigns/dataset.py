@@ -15,7 +15,7 @@ from forcemap.arrays import FloatArray, Indices, Mask, Objects, Texts
 from forcemap.campaigns import columns
 from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState, in_stated_units
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.contradictions import contradictions, opposite_base_angle
+from forcemap.campaigns.contradictions import contradictions, opposite_base_angle, range_exceeded
 from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
@@ -371,7 +371,8 @@ class ImpactDataset:
     def contradictions(self) -> tuple[Finding, ...]:
         """Names, places, speeds and base angles of the table that contradict each other: doubts to look at."""
         turned = opposite_base_angle(self.base_angle, self.conditions.base_angle)
-        return (*contradictions(self.as_stated.states), *([turned] if turned else []))
+        beyond = range_exceeded(self.peak_force, self.device_range) if self.quantity is Quantity.FORCE else None
+        return (*filter(None, (beyond,)), *contradictions(self.as_stated.states), *filter(None, (turned,)))
 
     @property
     def drift(self) -> Drift | None:

@@ -78,6 +78,8 @@ class States:
         Largest lower bound of the censored repeats [N]; NaN where none is censored.
     highest : array
         Largest force of the uncensored repeats [N]; NaN where all are censored.
+    slowest : array
+        Lowest speed of the repeats [m/s]: any of them may have that force, or more than `at_least`, at it.
     """
 
     name: tuple[str, ...]
@@ -90,6 +92,7 @@ class States:
     censored: Indices
     at_least: FloatArray
     highest: FloatArray
+    slowest: FloatArray
 
     @classmethod
     def of(cls, coordinates: FloatArray, peak_force: FloatArray, name: Texts, censored: Mask) -> States:
@@ -101,6 +104,7 @@ class States:
         names, index = np.unique(name[order], return_inverse=True)
         n, measured, force = names.size, ~censored[order], peak_force[order]
         distance, height, speed = (_means(axis[order], index, n) for axis in coordinates.T)
+        slowest = -_largest(-coordinates[order, 2], index, n)
         force, above, index, group = force[measured], force[~measured], index[measured], index[~measured]
         states = cls(
             tuple(names.tolist()),
@@ -113,6 +117,7 @@ class States:
             censored=np.bincount(group, minlength=n),
             at_least=_largest(above, group, n),
             highest=_largest(force, index, n),
+            slowest=slowest,
         )
         return states.select(np.lexsort((states.speed, states.height, states.distance)))
 
@@ -122,7 +127,7 @@ class States:
         n, unknown = len(force), np.full(len(force), np.nan)
         once, none = np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
         distance, height, speed = coordinates.reshape(n, 3).T
-        return cls(tuple(name), distance, height, speed, force, np.log(force), once, none, unknown, force)
+        return cls(tuple(name), distance, height, speed, force, np.log(force), once, none, unknown, force, speed)
 
     def and_(self, other: States) -> States:
         """These states, then the others."""

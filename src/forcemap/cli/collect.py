@@ -17,7 +17,7 @@ from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_ru
 from forcemap.campaigns.workers import processors
 from forcemap.cli.check import SHOWN, shortened
 from forcemap.cli.options import Json
-from forcemap.cli.output import Progress, counted, disagreeing_lines, emit, emit_error, listing, table, verdict_first
+from forcemap.cli.output import Progress, counted, emit, emit_error, listing, table, verdict_first
 from forcemap.errors import one_line
 from forcemap.planning.confirm import ConfirmationPlan
 
@@ -193,7 +193,8 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
-    lines += disagreeing_lines(answer.disagreeing_repeats)
+    if apart := answer.disagreeing_repeats:
+        lines.append(f"  repeats lie more than 10 % apart, look at their recordings: {', '.join(apart)}")
     lines += [answer.drift.finding] if answer.drift and not answer.drift.found else []
     lines += [answer.units.capitalize()] if answer.units and answer.units != answer.no_speed else []
     if answer.not_stated:
@@ -205,7 +206,7 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
         "",
         f"Written: {register} (every recording and what became of it), {impacts}",
         *[f"{recorded} of contact points: {name}; what they show stands in forcemap report" for name in of_points],
-        "Next: mend what is said first, and collect again" if answer.no_speed else after,
+        "Next: mend what is said first, and collect again" if answer.no_speed or answer.contradictions else after,
     ]
 
 

@@ -30,6 +30,7 @@ def confirm(
         int | None, Option("--impacts", help="How many; default 6, or as many as are planned already.")
     ] = None,
     form: FormName = None,
+    dry_run: planned.DryRun = False,
     as_json: Json = False,
 ) -> int:
     """Plan impacts that confirm the released speeds, with the rule they must pass; once measured, tell if they do.
@@ -51,34 +52,52 @@ def confirm(
         planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
         case: dict[str, Any] = {"limit": force_limit, "contact": kind, "impacts": impacts}
         answer = confirmation_plan(campaign, dataset, force_map, bound=bound, **case)
-        stays = campaign.plan.select(~np.isin(campaign.plan.recording, answer.replaced.recording))
-        if len(answer.added) or (len(answer.plan) and answer.result is None and not answer.refusal):
-            unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
-            files = planned.write_campaign(
-                campaign.folder,
-                extend_plan(stays, answer.added),
-                answer.plan.select(unmeasured),
-                campaign.conditions,
-                [f"Rule: {sentence(answer.rule)}", f"at most: {answer.bound}"],
-                upper=answer.bound_force[unmeasured].tolist(),
-                waiting=planned.waiting_runs(campaign, but=[*answer.plan.recording, *answer.replaced.recording]),
-            )
-        elif len(answer.replaced):
-            fm.write_plan(stays, campaign.folder)
+        files = [] if dry_run else _written(campaign, answer)
     options = {**planned.limit_words(limit, contact), "--form": form}
     again = planned.command_line("confirm", source, options | {"--impacts": impacts})
-    lines = _lines(source, answer, files, again, planned.command_line("next", source, options))
+    to_measure = planned.unwritten_lines(again) if dry_run else planned.measuring_lines(source, files, again)
+    if campaign is None:
+        to_measure = ["Nothing written: the source is no campaign with a plan"]
+    lines = _lines(source, answer, to_measure, again, planned.command_line("next", source, options))
     emit(ConfirmAnswer.of_confirmation(answer, source, files, again), lines, as_json=as_json)
     return _EXIT[answer.result.outcome] if answer.result else int(bool(answer.refusal))
 
 
-def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:
+def _written(campaign: fm.Campaign, answer: ConfirmationPlan) -> list[str]:
+    """Write what is to be measured into the campaign's plan and sheet; the names of the files, none if nothing is."""
+    stays = campaign.plan.select(~np.isin(campaign.plan.recording, answer.replaced.recording))
+    if not _to_measure(answer):
+        if len(answer.replaced):
+            fm.write_plan(stays, campaign.folder)
+        return []
+    waiting = planned.waiting_runs(campaign, but=[*answer.plan.recording, *answer.replaced.recording])
+    unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
+    return planned.write_campaign(
+        campaign.folder,
+        extend_plan(stays, answer.added),
+        answer.plan.select(unmeasured),
+        campaign.conditions,
+        [f"Rule: {sentence(answer.rule)}", f"at most: {answer.bound}"],
+        upper=answer.bound_force[unmeasured].tolist(),
+        waiting=waiting.select(ConfirmationPlan.among(waiting)),  # others would change the map that these confirm
+    )
+
+
+def _to_measure(answer: ConfirmationPlan) -> bool:
+    """Whether impacts of the plan are to be measured, new ones or all of them."""
+    return bool(len(answer.added)) or (len(answer.plan) > 0 and answer.result is None and not answer.refusal)
+
+
+def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: str, more: str) -> list[str]:
     said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.force_map.simulated}
-    old = "Taken out of the plan, planned for another speed and not measured"
+    old = "No longer planned, as planned for another speed and not measured"
     taken = listing(old, answer.replaced.recording.tolist()) if len(answer.replaced) else []
-    result, to_measure = answer.result, planned.measuring_lines(source, files, again)
+    result = answer.result
     if result is not None:
-        after = to_measure if files or result.outcome is Confirmed.CANNOT_TELL else []
+        after = to_measure if _to_measure(answer) or result.missing else []
+        if result.outcome is Confirmed.CANNOT_TELL and not after:
+            near = result.reason.kind is fm.FindingKind.IMPACTS_CANNOT_TELL and result.reason.figure("near")
+            after = _remedy(source, answer, again, more) if near else _repeated(source, again)
         if result.outcome is Confirmed.PASSES and len({*answer.plan.state_id.tolist()}) < IMPACTS:
             few = f"Speeds, exports and the report count a map as confirmed from {IMPACTS} impacts on"
             after = [f"{few}: ask again without --impacts"]
@@ -98,15 +117,6 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
     if answer.refusal:
         refused = verdict_first(sentence(answer.refusal), simulated=answer.force_map.simulated)
         return [*refused, *taken, *_remedy(source, answer, again, more)]
-    chances = "How often a sound map does not pass is not known: the map has no measured states"
-    if not math.isnan(answer.not_passed):
-        chances = (
-            f"A sound map does not pass with a probability of {100 * answer.not_passed:.0f} % "
-            f"({100 * answer.above_bound:.0f} %: above the bound). They find a force that is 10 % higher in "
-            f"{100 * answer.higher_detected:.0f} of 100 cases and miss it in the others; "
-            f"one 15 % higher along a ridge 4 cm wide at some distance in {100 * answer.ridge_detected:.0f}; "
-            f"one 25 % higher at a bump as wide at some place in {100 * answer.bump_detected:.0f}"
-        )
     before = "" if len(answer.added) else ", planned before and not measured yet"
     return [
         *verdict_first(f"{len(answer.plan)} impacts to confirm the released speeds, slow to fast{before}", **said),
@@ -117,10 +127,26 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
         f"at most: {answer.bound}",
         "",
         f"Rule: {sentence(answer.rule)}",
-        chances,
+        *_chances(answer),
         "Measure nothing else until these are judged: a map fitted to more states has other speeds, which they do not "
         "confirm",
-        *(to_measure if files else ["Nothing written: the source is no campaign with a plan"]),
+        *to_measure,
+    ]
+
+
+def _chances(answer: ConfirmationPlan) -> list[str]:
+    """How often these impacts take a sound map for a wrong one, and what they find of a wrong one."""
+    if math.isnan(answer.not_passed):
+        return ["How often a sound map does not pass is not known: the map has no measured states"]
+    found = {
+        "is 10 % higher everywhere": answer.higher_detected,
+        "is 15 % higher along a ridge 4 cm wide at some distance": answer.ridge_detected,
+        "is 25 % higher at a bump 4 cm wide at some place": answer.bump_detected,
+    }
+    return [
+        f"Of 100 sound maps {100 * answer.not_passed:.0f} do not pass ({100 * answer.above_bound:.0f} for an impact "
+        "above the bound). If the force",
+        *(f"  {what}, these impacts show it in {100 * share:.0f} of 100 cases" for what, share in found.items()),
     ]
 
 
@@ -133,6 +159,16 @@ def _remedy(source: str, answer: ConfirmationPlan, again: str, more: str) -> lis
         ]
     command = planned.command_lines(more) if Path(source).is_dir() else ["  forcemap next, with a campaign folder"]
     return ["Next: measure more states; this tells which:", *command]
+
+
+def _repeated(source: str, again: str) -> list[str]:
+    """How an impact that tells nothing for another reason than its force is measured once more."""
+    return [
+        "Next: measure it again as a further repeat of its state (a name that ends with -r2), at the speed of its run; "
+        "if the first one was at fault, say so in the column exclude of recordings.csv; then",
+        *planned.command_lines(planned.command_line("collect", source, {})),
+        *planned.command_lines(again),
+    ]
 
 
 def _impacts_table(result: ConfirmationResult) -> list[str]:

@@ -266,7 +266,7 @@ def left_out(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[st
         return []
     return [
         f"{source.name}: {most - seen} of {most} measured states are not shown: they lie on no line or slice that is "
-        f"drawn; --speeds-mps shows other speeds, forcemap figure residuals all states"
+        f"drawn; --speeds-mps shows other speeds, forcemap figure residuals all states of their table or folder"
         for source, (seen, most) in zip(sources, counts, strict=True)
         if seen < most
     ]

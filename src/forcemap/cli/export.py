@@ -106,7 +106,8 @@ def export(
     maps = options.maps_from(source, device_spring)
     used, given = options.bound_from(maps, bound, margin), options.stated(limit)
     if output is not None:
-        require_folder(Path(output) if format is Format.KRL else Path(output).parent)
+        krl = format is Format.KRL
+        require_folder(Path(output) if krl else Path(output).parent, " for the two files of KRL" * krl)
     task = task_of(given, maps, contact, quasi_static, limit_spring) if given.tasks else None
     limits = limits_of(task, given.table) if task else [options.limit_from(limit, contact, quasi_static, limit_spring)]
     case: dict[str, Any] = {"limits": limits, "bound": used, "size": size, "angle": angle, "date": date_of_files()}
@@ -321,10 +322,10 @@ def _files(format: Format, zones: RobotTable, task: fm.Task | None) -> dict[str,
             return {"": zones_csv(zones)}
 
 
-def require_folder(folder: Path) -> None:
+def require_folder(folder: Path, use: str = "") -> None:
     """Raise InputError if the folder to write into does not exist; a mistyped one is not made."""
     if not folder.is_dir():
-        message = f"there is no such folder; make it (mkdir -p {folder}) or name one that exists"
+        message = f"there is no such folder{use}; make it (mkdir -p {folder}) or name one that exists"
         raise InputError(message, file=str(folder))
 
 

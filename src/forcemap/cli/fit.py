@@ -17,7 +17,6 @@ from forcemap.cli.output import (
     accuracy_lines,
     change,
     counted,
-    disagreeing_lines,
     emit,
     fit_notes,
     place_lines,
@@ -97,7 +96,6 @@ def fit_lines(answer: FitAnswer) -> list[str]:
             f"  {counted(answer.states_left_out, 'state')} left out, with impacts above the device range alone: "
             f"{', '.join(answer.states_left_out_names)}"
         )
-    lines += disagreeing_lines(answer.disagreeing_repeats)
     lines += ["", *_censoring_lines(answer, effect)] if effect else []
     columns = [answer.terms, [f"{b:.4f}" for b in answer.coefficients]]
     columns += [[f"{b:.4f}" for b in effect.coefficients]] if effect else []
@@ -157,6 +155,11 @@ def _verdict(answer: FitAnswer) -> str:
         return "MEASURE MORE before speeds of this map are used: its form does not fit, and a bound may not cover that"
     follow = "can follow from this map" if answer.spring_stated else "follow only once the device's spring is stated"
     only = f", FOR QUASI-STATIC CONTACT ALONE ({answer.transient_refused})" if answer.transient_refused else ""
+    if not answer.range_stated:
+        most = f"{math.floor(answer.highest_limit_N or 0)} N"
+        follow += (
+            f", for limits up to {most} alone, as the device range is not stated (device.range_N in campaign.toml)"
+        )
     return (
         f"SAFE SPEEDS {follow}{only}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "

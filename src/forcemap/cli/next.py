@@ -67,6 +67,7 @@ def next_(
     device_spring: DeviceSpring = None,
     expect: planned.Expect = None,
     form: FormName = None,
+    dry_run: planned.DryRun = False,
     as_json: Json = False,
 ) -> int:
     """Add the states to measure next for a limit to a campaign's plan, from nothing on; exit code 1 is time to stop.
@@ -89,7 +90,7 @@ def next_(
     expected = force_map_from(source, None)[0] if source else None
     answer = fm.next_measurements(measured, force_limit, contact=kind, expected_force=expected, **options)
     answer = _with_confirmed(answer, campaign, measured, force_limit, kind)
-    files = [] if table_alone else _written(folder, campaign, answer, conditions)
+    files = [] if table_alone or dry_run else _written(folder, campaign, answer, conditions)
     repeated = {
         **planned.limit_words(limit, contact),
         "--distances-m": distances,
@@ -106,7 +107,9 @@ def next_(
         repeated |= {"--device-range-N": device_range, "--device-spring-N-per-mm": device_spring}
     again = planned.command_line("next", folder, repeated)
     now = planned.command_line("speed-map", folder, planned.limit_words(limit, contact) | {"--form": form})
-    emit(NextAnswer.of_next(answer, folder, files, again), _lines(folder, answer, files, again, now), as_json=as_json)
+    asked = planned.unwritten_lines(again) if dry_run and not table_alone else None
+    lines = _lines(folder, answer, asked or _measuring(folder, files, again), now)
+    emit(NextAnswer.of_next(answer, folder, files, again), lines, as_json=as_json)
     return 1 if answer.plan is None else 0
 
 
@@ -197,18 +200,12 @@ def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactD
     return replace(dataset, conditions=conditions, device_range=float(np.fmin(device.range, dataset.device_range)))
 
 
-def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str, now: str) -> list[str]:
+def _lines(folder: str, answer: fm.NextMeasurements, then: list[str], now: str) -> list[str]:
     why = "; ".join(sentences(answer.reasons))
     confirmed = sentence(answer.progress)
     said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.simulated}
     if answer.plan is None:
         return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed, *sentences(answer.within)]
-    table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
-    unwritten = [
-        "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",
-        f"Next: measure these states, add a row for each impact to {table_file}, then",
-        *planned.command_lines(again),
-    ]
     return [
         *verdict_first(f"{counted(len(answer.plan.states), 'state')} to measure next, slow to fast", **said),
         f"why: {why}",
@@ -220,14 +217,26 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),
         sentence(answer.upper_is),
         "",
-        *(planned.measuring_lines(folder, files, again) if files else unwritten),
+        *then,
+    ]
+
+
+def _measuring(folder: str, files: list[str], again: str) -> list[str]:
+    """The way on from what was written; from a table alone, which nothing is written into."""
+    if files:
+        return planned.measuring_lines(folder, files, again)
+    table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
+    return [
+        "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",
+        f"Next: measure these states, add a row for each impact to {table_file}, then",
+        *planned.command_lines(again),
     ]
 
 
 def _may_stop(speeds_now: str) -> list[str]:
     """That nothing has to be measured for the speeds that there are, and what is for one place alone."""
     return [
-        "you may stop here, if that is not worth the time: take the rows of these states out of plan.csv; the speeds "
+        "you may stop here, if that is not worth the time: leave these states out of plan.csv; the speeds "
         "that there are now hold without them",
         *planned.command_lines(speeds_now, "    "),
         "they may raise speeds, and lower them where they show more force than expected; for a speed at one place "

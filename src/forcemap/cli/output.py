@@ -276,7 +276,7 @@ def assumes(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
 def accuracy_words(accuracy: AccuracyAnswer) -> str:
     """An accuracy in a line."""
     return (
-        f"accuracy on {accuracy.states} states ({accuracy.on}): underestimated by at most "
+        f"accuracy on {counted(accuracy.states, 'state')} ({accuracy.on}): underestimated by at most "
         f"{accuracy.max_underestimation_percent:.1f} %, overestimated by at most "
         f"{accuracy.max_overestimation_percent:.1f} %"
     )
@@ -312,11 +312,6 @@ def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     beyond = f"{first.outside_states} of the {first.states} states ({first.on}) lie outside the map's measured range"
     continued = [f"{beyond}; their errors are those of the map continued"]
     return [*continued * bool(first.outside_states), *(note for note in notes if note not in answer.doubts)]
-
-
-def disagreeing_lines(states: Sequence[str]) -> list[str]:
-    """States whose repeats, above the device range too, lie far apart."""
-    return [f"  repeats lie more than 10 % apart, look at their recordings: {', '.join(states)}"] if states else []
 
 
 _TELLING = 4

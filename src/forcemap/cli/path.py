@@ -272,14 +272,22 @@ def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
     """What the bent path permits, and what it still lacks."""
     if not suggestion.bent_moves:
         return ["Nothing is bent, and nothing written: no move would have permission on a longer part of its way"]
-    share, time = 100 * suggestion.permitted_share, suggestion.cycle_time_s
-    words = f"on {share:.0f} % of {suggestion.length_m:.3f} m" if time is None else f"as a whole, {time:.3f} s"
+    refused, time = (1 - suggestion.permitted_share) * suggestion.length_m, suggestion.cycle_time_s
+    whole = f"{suggestion.length_m:.3f} m"
+    words = f"on {whole} but for {1000 * refused:.3g} mm" if time is None else f"as a whole, {time:.3f} s"
     moves = counted(suggestion.bent_moves, "move")
     return [
         f"{file}: {moves} bent to vertical, radial and circular ones, permitted {words}; another way, to be checked "
         "for collisions before it is driven; without times or programmed speeds",
+        *([_ASIDE] if time is None else []),
         *gap_lines(suggestion.gaps),
     ]
+
+
+_ASIDE = (
+    "  Moves without permission keep their segment's name: where contact on them is excluded otherwise, give them one "
+    "of their own in this file, and in the task with contact_possible = false"
+)
 
 
 def _place(point: list[float]) -> str:
@@ -294,17 +302,19 @@ def _too_fast(answer: PathAnswer) -> list[str]:
     if by_points:
         lines.append(
             "  a motion counts with the faster speed_mps of its two points; if each is the speed of the motion to its "
-            "point, call the column speed_to_point_mps"
+            "point, call the column speed_to_point_mps, of the motion from it, as segment is, speed_from_point_mps"
         )
     return lines
 
 
 def _programmed(pieces: list[PieceAnswer]) -> str:
+    """The programmed speeds of pieces, from the slowest on: each is compared with its own allowed one."""
     speeds = [piece.programmed_speed_mps for piece in pieces if piece.programmed_speed_mps is not None]
     if len(speeds) < len(pieces):
         return "-"
     fast = any(piece.too_fast and piece.speed_mps is not None for piece in pieces)
-    return f"{max(speeds):.3f}{' !' if fast else ''}"
+    both = dict.fromkeys(f"{speed:.3f}" for speed in (min(speeds), max(speeds)))
+    return f"{' to '.join(both)}{' !' if fast else ''}"
 
 
 def _verdict(answer: PathAnswer) -> str:
@@ -384,7 +394,7 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         none = f"NO POSITION has permission for the whole path on a grid of {answer.step_m:g} m"
         if answer.finer_step_m is not None:
             none += f", nor around the best of it on one of {answer.finer_step_m:g} m"
-        lines = speed_first(f"{none}; most, {share:.0f} %, at {place}", answer)
+        lines = speed_first(f"{none}; most, {math.floor(share)} %, at {place}", answer)
         lines += [
             f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
             for part in answer.refusals
@@ -406,6 +416,10 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             f"of positions every {answer.finer_step_m or answer.step_m:g} m outwards and in height (--step-m); across, "
             "the table stays where the path's y has it: shift y and ask again",
         ]
+        if answer.as_fast > 1:
+            lines.append(
+                f"  {answer.as_fast} positions are as fast to 1 ms; this one allows the highest speeds of them"
+            )
         for shift in answer.sensitivity:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"

@@ -46,6 +46,9 @@ Expect = Annotated[
 ]
 
 
+DryRun = Annotated[bool, Option("--dry-run", help="Tell only, and write nothing.")]
+
+
 def limit_words(limit: Sequence[str] | None, contact: fm.Contact | None) -> dict[str, object]:
     """The options that name the limit again."""
     given = stated(limit)
@@ -231,6 +234,11 @@ def measuring_lines(folder: str, files: Sequence[str], then: str) -> list[str]:
         f"  2. forcemap collect {shlex.quote(folder)}",
         *command_lines(then, "  3. "),
     ]
+
+
+def unwritten_lines(again: str) -> list[str]:
+    """What a question alone leaves as it was, and the command that plans it."""
+    return ["Nothing written (--dry-run); to put this into the plan:", *command_lines(again)]
 
 
 def runs_table(plan: fm.MeasurementPlan, upper: Sequence[float]) -> list[str]:

@@ -206,7 +206,7 @@ def _readme(
         "Errors in `states.csv` and `accuracy.csv` are predicted less measured (underestimation is below 0, or named); "
         "figures show measured less predicted (underestimation is above 0).",
         "Of a coefficient `low` and `high` are the ends of its 95 % confidence interval (Student's t), "
-        "with the largest correlation of the states of a place that is likely.",
+        "the wider of those with the smallest and the largest correlation of the states of a place that is likely.",
         *again,
         f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
         "Choose a licence for the data before you publish them.",

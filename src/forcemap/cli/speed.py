@@ -283,10 +283,11 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
 
 
 def fastest_line(answer: SpeedMapAnswer) -> str:
-    """The speed to program at the fastest place, and at the slowest that has one; else the commonest reason."""
+    """The speed to program at the fastest place, and at the slowest that has one; else why inside the range."""
     program = [place for place in answer.places if place.speed_to_program_mps is not None]
     if not program:
-        ((reason, count),) = Counter(place.to_program_reason for place in answer.places).most_common(1)
+        inside = [place for place in answer.places if place.outcome != "outside"] or answer.places
+        ((reason, count),) = Counter(place.to_program_reason for place in inside).most_common(1)
         places = counted(len(answer.places), "place")
         at = f" (the reason at {count} of {places}; the others have none either)" if count < len(answer.places) else ""
         return f"No speed to program at any place: {reason}{at}"

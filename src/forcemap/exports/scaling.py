@@ -9,13 +9,13 @@ from typing import Any
 
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import Provenance, require_exportable
+from forcemap.paths.path_file import PIECE_PLACES, PIECE_SPEED
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
 
-_PLACES = ("from_x_m", "from_y_m", "from_z_m", "to_x_m", "to_y_m", "to_z_m")
-_SPEEDS = ("programmed_speed_mps", "allowed_speed_mps", "commanded_speed_mps")
-_COLUMNS = ("piece", "segment", *_PLACES, *_SPEEDS, "scaling", "outcome", "governed_by", "limit_N", "reason")
+_SPEEDS = ("programmed_speed_mps", "allowed_speed_mps", PIECE_SPEED)
+_COLUMNS = ("piece", "segment", *PIECE_PLACES, *_SPEEDS, "scaling", "outcome", "governed_by", "limit_N", "reason")
 _TEXTS = ("segment", "outcome", "governed_by", "reason")
 
 
@@ -27,9 +27,9 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
     rows = [
         piece
         | {name: cell(piece[name]) for name in _TEXTS}
-        | {name: f"{round(piece[name], 4) + 0.0:.4f}" for name in _PLACES}
+        | {name: f"{round(piece[name], 6) + 0.0:.6f}" for name in PIECE_PLACES}
         | {name: "" if piece[name] is None else f"{piece[name]:.3f}" for name in _SPEEDS}
-        | {"commanded_speed_mps": floor_speed(piece["commanded_speed_mps"])}
+        | {PIECE_SPEED: floor_speed(piece[PIECE_SPEED])}
         | {"scaling": "" if piece["scaling"] is None else f"{piece['scaling']:.2f}"}
         | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
         for piece in scaling_result(speeds, provenance)["pieces"]
@@ -61,10 +61,10 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
             {
                 "piece": i + 1,
                 "segment": one_line(name),
-                **dict(zip(_PLACES, [*points[i], *points[i + 1]], strict=True)),
+                **dict(zip(PIECE_PLACES, [*points[i], *points[i + 1]], strict=True)),
                 "programmed_speed_mps": programmed,
                 "allowed_speed_mps": float(allowed),
-                "commanded_speed_mps": float(driven),
+                PIECE_SPEED: float(driven),
                 "scaling": None if programmed is None else float(_scaling(driven, programmed)),
                 "outcome": str(speeds.outcome[i]),
                 "governed_by": one_line(str(speeds.governed_by[i])),

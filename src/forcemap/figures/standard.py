@@ -77,10 +77,7 @@ def standard_figure(
     figure = new_figure("Maps, 2D maps and the standard", width, 0.016 + down * (0.055 if wide else 0.05))
     grid = np.array(panels(figure, 2 * len(maps), columns, share_y=True), dtype=object)
     grid = grid.reshape(2, -1) if wide else grid.reshape(-1, 2).T
-    cuts = [
-        default_cuts(maps, axis) if value is None else [value] * len(maps)
-        for axis, value in enumerate((distance, height, speed))
-    ]
+    cuts = _cuts(maps, distance, height, speed)
     for i, (each, name) in enumerate(zip(maps, names_of(maps), strict=True)):
         cut = [of_each[i] for of_each in cuts]
         standard = float(pfl_contact_force(cut[2], **models[i]))
@@ -92,6 +89,20 @@ def standard_figure(
             axes.set_ylabel(FORCE if axes.get_subplotspec().is_first_col() else "")
     grid[0, 0].set_ylim(bottom=0)
     return finish(figure, simulated=any(each.measured.simulated for each in maps))
+
+
+def _cuts(maps: Sequence[Mapped], *stated: float | None) -> list[list[float]]:
+    """Distance, height and speed at which each map is cut: stated, else as usual, else where all maps lie around it."""
+    usual = [[0.0 if value is None else value] * len(maps) for value in stated]
+    usual = [default_cuts(maps, axis) if value is None else usual[axis] for axis, value in enumerate(stated)]
+    ranges = [each.force_map.measured_range for each in maps]
+    inside = [
+        measured.contains(*map(np.array, at)) for measured, at in zip(ranges, zip(*usual, strict=True), strict=True)
+    ]
+    if all(inside) or any(value is not None for value in stated):
+        return usual
+    middle = np.mean([measured.points.mean(axis=0) for measured in ranges], axis=0)  # of scattered states
+    return [[value] * len(maps) for value in middle.tolist()]
 
 
 def _draw(

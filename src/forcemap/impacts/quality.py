@@ -135,24 +135,26 @@ def _unresolved(impact: Impact, between: float) -> _Doubts:
     shortest = max(duration - 1 / rate, duration / _SHORTEST_PART, _SHORTEST)
     early_few = impact.early_samples < _LEAST_EARLY_SAMPLES and impact.recorded_time >= EARLY
     finer = _FINER * max(math.sqrt(min(between, 1.0) / _MOST_BETWEEN), 1.0)
-    needed = max(
-        _LEAST_SAMPLES / shortest if impact.phase1_samples < _LEAST_SAMPLES else 0.0,
-        _EARLY_RATE if early_few else 0.0,
-        rate * _LEAST_ACROSS / max(across - 1, 1) if across < _LEAST_ACROSS else 0.0,
-        rate * finer if between > 0 else 0.0,
-    )
-    if needed:
-        missed = f"the top may lie {between:.0%} above the largest sample, or be cut off; " if between > 0 else ""
-        if between > _MOST_TOLD:
-            missed = "how far the top lies above the largest sample, or is cut off, cannot be told from these samples; "
-        yield (
-            Quality.UNRESOLVED,
-            f"{impact.phase1_samples} samples across Phase I (at least {_LEAST_SAMPLES}), {across} across the half "
-            f"width of its peak if both its flanks were the steeper one (at least {_LEAST_ACROSS}), "
-            f"{impact.early_samples} in the first 50 ms (at least {_LEAST_EARLY_SAMPLES}); {missed}"
-            f"it takes {math.ceil(needed / _RATE_STEP) * _RATE_STEP:d} Hz or more, "
-            f"this is {rate:.0f} Hz",
+    needed = dict[str, float]()  # [Hz], by what is wrong
+    if impact.phase1_samples < _LEAST_SAMPLES:
+        needed[f"{impact.phase1_samples} samples across Phase I (at least {_LEAST_SAMPLES})"] = (
+            _LEAST_SAMPLES / shortest
         )
+    if across < _LEAST_ACROSS:
+        steeper = "across the half width of its peak if both its flanks were the steeper one"
+        needed[f"{across} samples {steeper} (at least {_LEAST_ACROSS})"] = rate * _LEAST_ACROSS / max(across - 1, 1)
+    if early_few:
+        needed[f"{impact.early_samples} samples in the first 50 ms (at least {_LEAST_EARLY_SAMPLES})"] = _EARLY_RATE
+    remedy = "" if needed else "measure it again, and if that is so again, "
+    if between > 0:
+        above = f"the flanks point {between:.0%} above the largest sample: the top may lie there, or be cut off"
+        if between > _MOST_TOLD:
+            above = "how far the top lies above the largest sample, or is cut off, cannot be told from these samples"
+        needed[above] = rate * finer
+    if needed:
+        enough = math.ceil(max(needed.values()) / _RATE_STEP) * _RATE_STEP
+        few = f"{'; '.join(needed)}; {remedy}it takes {enough:d} Hz or more, this is {rate:.0f} Hz"
+        yield Quality.UNRESOLVED, few
 
 
 def _jumps(impact: Impact, steps: list[Jump], swing: Swing) -> _Doubts:
@@ -273,4 +275,5 @@ def _unit(impact: Impact) -> _Doubts:
 
 def _calibration(recording: Recording) -> _Doubts:
     if (date := recording.metadata.get("date", "")) and recording.device.expired(date):
-        yield Quality.CALIBRATION_EXPIRED, f"the device's calibration had expired on {date}"
+        until = f"the device's calibration held until {recording.device.expires}"
+        yield Quality.CALIBRATION_EXPIRED, f"{until}, and it measured on {date}"

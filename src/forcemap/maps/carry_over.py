@@ -142,6 +142,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
             test=dataset.test.states,
             slower=dataset.slower_train.states.and_(_named_for(old_map)),
             at_points=states_at_points(dataset),
+            disagreeing=tuple(dataset.disagreeing_repeats),
             left_out=left_out,
             between_states=joint.regression,
             place_effect=joint.place_effect,

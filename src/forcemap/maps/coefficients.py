@@ -27,6 +27,8 @@ class Coefficient:
         Of the fit to the states; NaN with as many states as coefficients.
     low, high : float
         Ends of its 95 % confidence interval, value -+ t x standard error; NaN with as many states as coefficients.
+    t_value : float
+        Value over standard error.
     p_value : float
         Two-sided.
     """
@@ -36,6 +38,7 @@ class Coefficient:
     standard_error: float
     low: float
     high: float
+    t_value: float
     p_value: float
 
 
@@ -47,13 +50,13 @@ def coefficient_intervals(force_map: ForceMap) -> tuple[Coefficient, ...]:
     InputError
         The map was not fitted here.
     """
-    from scipy.special import stdtrit
+    from scipy.special import stdtr, stdtrit
 
-    between = force_map.require_fit().between_states
-    freedom = between.degrees_of_freedom
-    t = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) if freedom > 0 else math.nan
-    rows = np.column_stack([force_map.coefficients, between.standard_errors, between.p_values]).tolist()
-    return tuple(
-        Coefficient(term, value, error, value - t * error, value + t * error, p)
-        for term, (value, error, p) in zip(force_map.form.term_names, rows, strict=True)
-    )
+    fit, value = force_map.require_fit(), force_map.coefficients
+    error, freedom = fit.standard_errors, fit.between_states.degrees_of_freedom
+    half = error * (stdtrit(freedom, (1 + CONFIDENCE) / 2) if freedom > 0 else math.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = value / error
+    p = 2 * stdtr(freedom, -np.abs(t))
+    rows = np.column_stack([value, error, value - half, value + half, t, p]).tolist()
+    return tuple(Coefficient(term, *row) for term, row in zip(force_map.form.term_names, rows, strict=True))

@@ -160,6 +160,9 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
             column="role" if dataset.source else None,
         )
     measured = train.select(~train.censored)
+    if not len(measured) and dataset.quantity is Quantity.FORCE:
+        above = f"found all {len(train)} impacts above the device range of {train.device_range:g} N, and no force"
+        raise FitError(f"{above}; is device.range_N in campaign.toml right?", file=dataset.source or None)
     states, left_out = train.states.uncensored, train.states.select(train.states.impacts == 0)
     likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any()) and len(states) > len(form.terms)
     if likelihood:
@@ -178,6 +181,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         states=states,
         test=dataset.test.states,
         at_points=states_at_points(dataset),
+        disagreeing=tuple(dataset.disagreeing_repeats),
         slower=dataset.slower_train.states,
         left_out=left_out,
         between_states=between_states,

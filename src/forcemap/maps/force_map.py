@@ -21,7 +21,7 @@ from forcemap.maps.censored import CensoredRegression, StateData, state_data
 from forcemap.maps.form_test import FormTest, form_test, gaps_of
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.places import PlaceEffect
+from forcemap.maps.places import PlaceEffect, error_growth
 from forcemap.maps.regression import Regression
 from forcemap.maps.transfer import Transfer, TransferRegression
 
@@ -50,7 +50,7 @@ class Fit:
     at_points : States
         Impacts at contact points alone, along the map's direction: not fitted either, each a state of its own.
     between_states : Regression
-        Fit of the state means of ln F: the honest standard errors and p values.
+        Fit of the state means of ln F, with the correlation that the bound uses.
     place_effect : PlaceEffect
         How strongly the states of a place are correlated; the fit takes this into account.
     over_samples : Regression or None
@@ -62,6 +62,8 @@ class Fit:
         Name and SHA-256 of the impacts table.
     transfer : Transfer or None
         What the map was carried over from; None for a map that rests on its own states alone.
+    disagreeing : tuple of str
+        States of the impacts table whose repeats lie far apart (`ImpactDataset.disagreeing_repeats`).
     """
 
     states: States
@@ -76,6 +78,7 @@ class Fit:
     transfer: Transfer | None = None
     at_points: States = NO_STATES
     slower: States = NO_STATES
+    disagreeing: tuple[str, ...] = ()
 
     @property
     def measured(self) -> tuple[States, ...]:
@@ -125,6 +128,14 @@ class Fit:
     def own_sd(self) -> float:
         """Standard deviation of the effect that is a state's own."""
         return self.state_sd * math.sqrt(1 - self.place_effect.correlation)
+
+    @cached_property
+    def standard_errors(self) -> FloatArray:
+        """Of coefficients, shape (p,), NaN if n = p: the larger of those at both ends of the likely correlations."""
+        between = self.between_states
+        if self.transfer is not None:  # fitted with the states of other campaigns, whose correlations are their own
+            return between.standard_errors
+        return between.standard_errors * error_growth(between.design, self.states.place, self.place_effect)
 
     @cached_property
     def drift(self) -> Drift | None:
@@ -380,6 +391,14 @@ class ForceMap:
             return math.nan, math.nan, math.nan
         first, second, third = (float(values[i]) for values, i in zip(axes, lowest, strict=True))
         return first, second, third
+
+    @cached_property
+    def largest_fall(self) -> float:
+        """By how much ln F falls at most from one speed to a faster one, at any place of that box; 0 if nowhere."""
+        box = zip(self.measured_range.lowest, self.measured_range.highest, strict=True)
+        grid = np.meshgrid(*(np.linspace(low, high, _GRID) for low, high in box), indexing="ij")
+        log_force = np.log(self.predict(*grid))
+        return float(np.max(np.maximum.accumulate(log_force, axis=2) - log_force))
 
     def _force(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)

@@ -51,7 +51,8 @@ _SAME_SCATTER = 10 * _SAME_CENSORED
 
 _LARGEST = 1e9  # of any number in the file: a larger one cannot be meant
 _LEAST = 5e-324  # the smallest positive number
-_PLACES = {"distance_m": (_LEAST, 10.0), "height_m": (-10.0, 10.0), "speed_mps": (_LEAST, 10.0)}
+_SPEEDS = dict.fromkeys(("speed_mps", "slowest_mps"), (_LEAST, 10.0))
+_PLACES = {"distance_m": (_LEAST, 10.0), "height_m": (-10.0, 10.0), **_SPEEDS}
 _RANGES = {  # of a number in the file, or of every number in a list
     **_PLACES,
     **dict.fromkeys(("peak_force_N", "at_least_N", "highest_N"), (1.0, 1e5)),
@@ -78,7 +79,7 @@ _SHARED = {"schema", "source", "simulated", "software", "phase_two", "binding", 
 _ROUNDING = 1e-9  # share by which means and logarithms in the file may contradict each other
 
 _TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
-_TEXTS |= {"impacts_table", "impacts_table_sha256", "map_sha256"}
+_TEXTS |= {"disagreeing_repeats", "impacts_table", "impacts_table_sha256", "map_sha256"}
 
 _TABLES = {
     "phase_two",
@@ -90,7 +91,9 @@ _TABLES = {
     "impacts_at_points",
     "fit",
 }
-_LISTS = {"terms", "coefficients", "standard_errors", "state_weights"}
+_LISTS = {"terms", "disagreeing_repeats", "coefficients", "standard_errors", "state_weights"}
+
+_SLOWEST = "slowest_mps"  # missing in files of before, which have the mean of the repeats alone
 
 # column of the file -> field of States
 _STATE_COLUMNS = {
@@ -104,6 +107,7 @@ _STATE_COLUMNS = {
     "censored": "censored",
     "at_least_N": "at_least",
     "highest_N": "highest",
+    _SLOWEST: "slowest",
 }
 
 
@@ -235,10 +239,12 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
     if force_map.unmapped:
         content["pressure_not_mapped"] = dict(force_map.unmapped.figures)
     fit, between_states = force_map.fit, force_map.fit.between_states
-    censored = {}
+    also = dict[str, Any]()
     if isinstance(between_states, CensoredRegression):
-        censored["state_weights"] = between_states.weights.tolist()
-        censored["repeat_variance_ln"] = between_states.repeat_variance
+        also["state_weights"] = between_states.weights.tolist()
+        also["repeat_variance_ln"] = between_states.repeat_variance
+    if fit.disagreeing:
+        also["disagreeing_repeats"] = list(fit.disagreeing)
     if fit.transfer:
         content["carried_over"] = _transfer_to_content(fit.transfer)
     if len(fit.at_points):
@@ -254,7 +260,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "samples": fit.samples,
             "censored_samples": fit.censored_samples,
             "states_found": fit.states_found,
-            "standard_errors": [_null(value) for value in between_states.standard_errors.tolist()],
+            "standard_errors": [_null(value) for value in fit.standard_errors.tolist()],
             **{entry: _null(figure) for entry, figure in _scatter(fit).items()},
             "rmse_ln": between_states.rmse,
             "rmse_N": fit.rmse_force,
@@ -262,7 +268,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "condition_number": between_states.condition_number,
             "impacts_table": fit.table,
             "impacts_table_sha256": fit.table_sha256,
-            **censored,
+            **also,
         },
     }
 
@@ -308,6 +314,14 @@ def _require_consistent(content: dict[str, Any], conditions: Conditions) -> None
         )
 
 
+def _require_scatter(fit: Fit, statistics: dict[str, Any]) -> None:
+    """Refuse a stated scatter that differs from that of the states."""
+    for entry, figure in _scatter(fit).items() if "places" in statistics else ():
+        stated = _nan(statistics.get(entry))
+        if not (math.isnan(stated) and math.isnan(figure)):  # unknown with as many states as coefficients
+            _require_given(entry, stated - figure, _SAME_CENSORED * max(abs(figure), 1.0))
+
+
 def _from_content(content: dict[str, Any]) -> ForceMap:
     form = Form.of(str(content["form"]), content["terms"])
     coefficients = np.array(content["coefficients"], dtype=np.float64)
@@ -333,11 +347,9 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
             transfer=transfer,
+            disagreeing=tuple(statistics.get("disagreeing_repeats", ())),
         )
-        for entry, figure in _scatter(fit).items() if "places" in statistics else ():
-            stated = _nan(statistics.get(entry))
-            if not (math.isnan(stated) and math.isnan(figure)):  # unknown with as many states as coefficients
-                _require_given(entry, stated - figure, _SAME_CENSORED * max(abs(figure), 1.0))
+        _require_scatter(fit, statistics)
     force_map = ForceMap(
         name=str(content["name"]),
         form=form,
@@ -509,7 +521,7 @@ def _states_from_columns(columns: dict[str, list[Any]]) -> States:
     fields: dict[str, Any] = {}
     for column, field in _STATE_COLUMNS.items():
         kind = np.int64 if column in ("impacts", "censored") else np.float64
-        cells = columns[column]
+        cells = columns["speed_mps" if column == _SLOWEST and column not in columns else column]
         fields[field] = tuple(cells) if field == "name" else np.array([_nan(value) for value in cells], dtype=kind)
     if len({len(values) for values in fields.values()}) != 1:
         raise MapFileError("found columns of different lengths, expected a cell for every state", column="states")
@@ -526,6 +538,8 @@ def _require_means(states: States) -> None:
     """
     if np.any((states.impacts < 0) | (states.censored < 0) | (states.impacts + states.censored < 1)):
         raise MapFileError("expected at least one impact in every state", column="impacts")
+    if np.any(states.slowest > states.speed * (1 + _ROUNDING)):
+        raise MapFileError("found one above the mean speed of its state, expected none", column=_SLOWEST)
     read = states.impacts > 0
     force, highest = states.force[read], states.highest[read]
     below = np.log(force) - states.log_force[read]

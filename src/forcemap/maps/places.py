@@ -39,6 +39,8 @@ class PlaceEffect:
         rho that fit and bound use: the largest at which the restricted log-likelihood is within FALL of its maximum.
     likely : float
         rho at the maximum.
+    least : float
+        The smallest rho at which it is within FALL of its maximum, which standard errors reckon with, too.
     places : int
         Number of places.
     between : int
@@ -47,6 +49,7 @@ class PlaceEffect:
 
     correlation: float
     likely: float
+    least: float
     places: int
     between: int
 
@@ -90,17 +93,17 @@ def place_effect(design: FloatArray, response: FloatArray, place: Indices) -> Pl
     n, p = design.shape
     count = np.bincount(place)
     if n <= p:
-        return PlaceEffect(0.0, 0.0, count.size, 0)
+        return PlaceEffect(0.0, 0.0, 0.0, count.size, 0)
     if count.max() == 1:  # rho is unknown
-        return PlaceEffect(0.0, 0.0, count.size, places_between(design, place))
-    upper, likely, between = shared_part(design, response, members(place))
-    return PlaceEffect(upper, likely, count.size, between)
+        return PlaceEffect(0.0, 0.0, 0.0, count.size, places_between(design, place))
+    upper, likely, least, between = shared_part(design, response, members(place))
+    return PlaceEffect(upper, likely, least, count.size, between)
 
 
 def shared_part(
     design: FloatArray, response: FloatArray, member: FloatArray, penalty: float = 0.0
-) -> tuple[float, float, int]:
-    """The share rho of effects of groups in a variance, its upper end and where it is likeliest; degrees of freedom.
+) -> tuple[float, float, float, int]:
+    """The share rho of effects of groups in a variance: upper end, likeliest, lower end; degrees of freedom.
 
     As in `place_effect`, for observations with Z, shape (n, k), in place of places: covariance in proportion to
     (1 - rho) I + rho ZZ'. Observations in no group have the variance 1 - rho alone. The log-likelihood is lowered by
@@ -110,7 +113,7 @@ def shared_part(
     base, mu, along = _between(design, member)
     residual, between = response - base @ (base.T @ response), mu.size
     if between == 0:  # rho makes no difference
-        return 0.0, 0.0, 0
+        return 0.0, 0.0, 0.0, 0
     squares = np.square(along.T @ (member.T @ residual)) / mu
     within = max(0.0, float(residual @ residual - squares.sum()))  # along the n - p - between others, whose mu is 0
     rho = _HIGHEST * (1 - np.linspace(1.0, 0.0, _STEPS) ** 3)  # denser where it is high
@@ -119,12 +122,12 @@ def shared_part(
         logs = np.log(v).sum(axis=1) + (n - p - between) * np.log1p(-rho)
         value = -0.5 * ((n - p) * np.log((squares / v).sum(axis=1) + within / (1 - rho)) + logs)
         value -= penalty * rho / (1 - rho)
-    best, last = int(value.argmax()), int(np.flatnonzero(value >= value.max() - FALL)[-1])
+    first, last = np.flatnonzero(value >= value.max() - FALL)[[0, -1]].tolist()
     correlation = float(rho[last])
     if last + 1 < _STEPS:
         share = (value[last] - value.max() + FALL) / (value[last] - value[last + 1])
         correlation += float(share * (rho[last + 1] - rho[last]))
-    return correlation, float(rho[best]), between
+    return correlation, float(rho[value.argmax()]), float(rho[max(first - 1, 0)]), between
 
 
 def places_between(design: FloatArray, place: Indices) -> int:
@@ -166,6 +169,22 @@ def place_regression(
     white = whitened(np.column_stack([design, response]), place, correlation)
     fit = least_squares(white[:, :-1], white[:, -1])
     return PlaceRegression(design, response, fit.coefficients, fit.inverse_triangle, fit.residual_squares)
+
+
+def error_growth(design: FloatArray, place: Indices, effect: PlaceEffect) -> FloatArray:
+    """By which factors standard errors grow if states of a place share as little as is likely, shape (p,), 1 or more.
+
+    Coefficients b = Ay with A = (X'V^-1 X)^-1 X'V^-1 for the largest likely rho have the covariance s^2 AV'A' if V' is
+    the correlation in truth. Along rho' that is a straight line, so it is largest at an end of what is likely: at the
+    upper end for terms that only places tell apart, at the lower one for those that follow the differences between the
+    states of a place, as terms of speed do.
+    """
+    white = whitened(design, place, effect.correlation)
+    inverse = np.linalg.inv(white.T @ white)  # AVA'
+    estimator = (whitened(white, place, effect.correlation) @ inverse).T  # A, as V^-1/2 is symmetric
+    own, shared = np.square(estimator).sum(axis=1), np.square(estimator @ members(place)).sum(axis=1)
+    least = (1 - effect.least) * own + effect.least * shared
+    return np.asarray(np.sqrt(np.maximum(least / np.diag(inverse), 1.0)))
 
 
 def whitened(rows: FloatArray, place: Indices, correlation: float | FloatArray) -> FloatArray:

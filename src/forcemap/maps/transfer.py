@@ -274,7 +274,7 @@ def joint_fit(form: Form, campaigns: Sequence[States], shifts: Sequence[Form], r
         whole=whole,
     )
     correlation, likeliest = (r / (1 + r) for r in (ratio[-1], likely + ratio[-1] - ratio[0]))
-    effect = PlaceEffect(correlation, min(likeliest, correlation), np.unique(campaigns[-1].place).size, between)
+    effect = PlaceEffect(correlation, min(likeliest, correlation), 0.0, np.unique(campaigns[-1].place).size, between)
     return JointFit(data, union, regression, effect, extra / (1 + ratio[-2]), p_value)
 
 
@@ -304,7 +304,7 @@ def _extra_variance(data: StateData, new: int) -> tuple[float, int]:
     white = whitened(np.column_stack([data.design, data.mean, member]), data.place, data.correlation)
     white *= math.sqrt(data.own_share)  # own effects then have the variance 1
     columns = data.design.shape[1]
-    _, likely, between = shared_part(white[:, :columns], white[:, columns], white[:, columns + 1 :], _PENALTY)
+    _, likely, _, between = shared_part(white[:, :columns], white[:, columns], white[:, columns + 1 :], _PENALTY)
     return likely / (1 - likely), between
 
 

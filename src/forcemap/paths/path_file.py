@@ -17,15 +17,19 @@ from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
 from forcemap.paths.pose_log import read_pose_log
-from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ToolPath
+from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ONE_SEGMENT, ToolPath
 from forcemap.recordings.column_map import listed
 
 PATH_COLUMNS = "x_m,y_m,z_m,segment"
 """Columns of the paths that are written."""
+PIECE_PLACES = ("from_x_m", "from_y_m", "from_z_m", "to_x_m", "to_y_m", "to_z_m")
+PIECE_SPEED = "commanded_speed_mps"
+"""Columns of the pieces of a scaling file: from where to where, and how fast, braking included."""
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
-_TIME, _SPEED, _SPEED_TO = "time_s", "speed_mps", "speed_to_point_mps"
-_PACE = (_TIME, _SPEED, _SPEED_TO)  # how fast the path is programmed: one of them
+_TIME, _SPEED = "time_s", "speed_mps"
+_MOTION_OF = {"speed_to_point_mps": "to_point", "speed_from_point_mps": "from_point"}  # whose speed a row states
+_PACE = (_TIME, _SPEED, *_MOTION_OF)  # how fast the path is programmed: one of them
 _OPTIONAL = (*_PACE, "segment")
 _LOG = "a log as a controller writes it needs a column map (--column position=X,Y,Z --column length_unit=mm)"
 _OTHER_UNIT = re.compile(
@@ -44,14 +48,15 @@ _FULL_TURNS = 4 * np.pi  # [rad]; a larger figure is in degrees
 
 
 def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[str, Any] | None = None) -> ToolPath:
-    """Read a path: a row for each point, with columns in one of three layouts.
+    """Read a path: a row for each point, with columns in one of three layouts, or the pieces of a scaling file.
 
     `x_m, y_m, z_m` in the frame of the base; or `distance_m, height_m`, a path in a vertical plane; or `joint_1_rad,
     joint_2_rad, ...` (or `_deg`) with a robot, whose joints move in proportion from row to row. Optional:
     `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_to_point_mps`, the programmed
-    speed of the contact point on the motion to the point, or `speed_mps`, where the file does not say whether it is
-    that of the motion to a point or from it: then a motion has the faster of its two points' speeds, where the task's
-    counts for an empty cell.
+    speed of the contact point on the motion to the point, or `speed_from_point_mps`, on that from it, or `speed_mps`,
+    where the file does not say whether it is that of the motion to a point or from it: then a motion has the faster of
+    its two points' speeds, where the task's counts for an empty cell. A scaling file (`forcemap export-path`) is read
+    as its pieces at their commanded speeds.
 
     Parameters
     ----------
@@ -80,23 +85,33 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         if robot is not None:
             raise InputError("path: a column map is one of positions; joints are named joint_1_rad, joint_2_rad, ...")
         points, clock, labels = read_pose_log(read_bytes(path), str(path), columns)
-        logged = _path_through(points, tuple(labels or ["path"] * len(points)), clock, str(path))
+        logged = _path_through(points, tuple(labels or [ONE_SEGMENT] * len(points)), clock, str(path))
         return replace(logged, end_name=labels[-1] if labels else "")
     try:
-        table = read_table(read_bytes(path), str(path), what="point")
+        table = read_table(read_bytes(path), str(path), what="point", remarked=True)
     except TableError as error:
         hint = f"; {_LOG}" if error.row else ""
         raise TableError(f"{error.message}{hint}", file=error.file, row=error.row, column=error.column) from None
+    if {*PIECE_PLACES, PIECE_SPEED, "segment"} <= set(table.columns):
+        return _of_pieces(table)
     joints = [name for name in table.columns if _JOINT.fullmatch(name)]
     layout = tuple(joints) or next((columns for columns in _LAYOUTS if set(columns) <= set(table.columns)), ())
     _check_columns(table, layout)
     table = table.with_decimal_points([*layout, *_PACE])
     values = np.array([table.numbers(name, required=True) for name in layout]).T
     time = np.array(table.numbers(_TIME, required=True)) if _TIME in table.columns else None
+    if time is not None and (back := np.flatnonzero(~(np.diff(time) > 0))).size:
+        row = int(back[0]) + 1
+        found = f"found {table.columns[_TIME][row]}, expected a time after that of the row above"
+        raise table.error(found, table.rows[row], _TIME)
     if len(values) < 2:
         raise TableError(f"found {len(values)} points, expected at least two", file=str(path))
-    (speeds, by_one), to_point = _stated_speeds(table), _SPEED_TO in table.columns
-    *names, end_name = table.columns.get("segment", ["path"] * len(values))
+    (speeds, by_one), motions = (
+        _stated_speeds(table),
+        [_MOTION_OF[name] for name in _MOTION_OF if name in table.columns],
+    )
+    motion = motions[0] if motions else ""
+    *names, end_name = table.columns.get("segment", [ONE_SEGMENT] * len(values))
     if "" in names:
         row = table.rows[names.index("")]
         expected = "expected that of the segment whose motion begins at this row"
@@ -104,7 +119,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     try:
         if joints:
             bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_one)
-            return replace(bent, end_name=end_name, to_point=to_point)
+            return replace(bent, end_name=end_name, speeds_of=motion)
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -113,7 +128,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
     straight = _path_through(points, (*names, ""), time, str(path), speeds)
-    return replace(straight, by_one=by_one, end_name=end_name, to_point=to_point)
+    return replace(straight, by_one=by_one, end_name=end_name, speeds_of=motion)
 
 
 def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:
@@ -131,10 +146,27 @@ def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:
         expected = f"expected a positive number of at most {FASTEST:g} m/s, or nothing"
         raise table.error(f"found {table.columns[first][row]!r}, {expected}", table.rows[row], first)
     before, after = speeds[:-1], speeds[1:]
-    if first == _SPEED_TO:
-        return None if np.isnan(after).all() else after, None
+    if first in _MOTION_OF:
+        own = after if _MOTION_OF[first] == "to_point" else before
+        return None if np.isnan(own).all() else own, None
     faster, by_one = np.fmax(before, after), np.isnan(before) != np.isnan(after)
     return (None, None) if np.isnan(faster).all() else (faster, by_one if by_one.any() else None)
+
+
+def _of_pieces(table: Table) -> ToolPath:
+    """The path of a scaling file at its commanded speeds."""
+    table = table.with_decimal_points([*PIECE_PLACES, PIECE_SPEED])
+    places = np.array([table.numbers(name, required=True) for name in PIECE_PLACES]).T
+    begins, ends, speeds = places[:, :3], places[:, 3:], np.array(table.numbers(PIECE_SPEED, required=True))
+    if (apart := np.flatnonzero((begins[1:] != ends[:-1]).any(axis=1))).size:
+        problem = "the piece does not begin where the one before ends, expected all pieces of a path in their order"
+        raise table.error(problem, table.rows[int(apart[0]) + 1], PIECE_PLACES[0])
+    if (none := np.flatnonzero(~((speeds > 0) & (speeds <= FASTEST)))).size:
+        expected = f"expected a positive number of at most {FASTEST:g} m/s: without permission there is no speed"
+        found = table.columns[PIECE_SPEED][none[0]]
+        raise table.error(f"found {found!r}, {expected}", table.rows[int(none[0])], PIECE_SPEED)
+    points, names = np.vstack([begins[:1], ends]), (*table.columns["segment"], "")
+    return replace(_path_through(points, names, None, table.file, speeds), speeds_of="to_point")
 
 
 def _path_through(
@@ -164,7 +196,7 @@ def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
     if unknown and _OTHER_UNIT.fullmatch(unknown[0]):
         raise TableError(
             "found a column without its unit, or in another one; expected metres (x_m, y_m, z_m, or distance_m, "
-            f"height_m), seconds (time_s) and metres per second (speed_mps, speed_to_point_mps); {_LOG}",
+            f"height_m), seconds (time_s) and metres per second ({', '.join((_SPEED, *_MOTION_OF))}); {_LOG}",
             file=table.file,
             row=table.header_row,
             column=unknown[0],

@@ -490,7 +490,8 @@ def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, accelera
         return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
     if stated is not None:
         empty = path.by_one is not None or bool(np.isnan(stated).any())
-        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, to_point=path.to_point, empty=empty, missing=missing)
+        motion = {name: path.speeds_of == name for name in ("to_point", "from_point")} | {"either": not path.speeds_of}
+        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, **motion, empty=empty, missing=missing)
     if path.speeds is None:
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)
     above_mean = max(0.0, float(np.max(programmed - path.speeds)))

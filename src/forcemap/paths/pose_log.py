@@ -26,7 +26,13 @@ _SAME = ("time", "time_unit", "sampling_rate_Hz", "delimiter", "decimal", "heade
 _CALLED = {"position": "force", "segment": "curve"}
 """Entries that a column map of recordings has as well, and under another name: three components beside a time."""
 
-_SPEEDS = ("speed", "speed_unit", "speed_mps", "speed_to_point_mps")  # what a waypoint list has, and a log has not
+_SPEEDS = (
+    "speed",
+    "speed_unit",
+    "speed_mps",
+    "speed_to_point_mps",
+    "speed_from_point_mps",
+)  # what a waypoint list has, and a log has not
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.errors import InputError
 from forcemap.findings import Finding
 from forcemap.limits.body_areas import LimitTable
@@ -32,6 +32,7 @@ FINEST_STEP = 0.005
 _MOST_POSITIONS = 20_000  # a choice: minutes to hours
 _STEPS_AROUND = 5  # of `around`; as many as make a step of the grid before, which is five times as wide
 _PIECES_AT_ONCE = 1000  # of the path at several positions; a choice: progress is seen about every half second
+_AS_FAST = 5e-4  # [s]; half of the last digit of a cycle time
 _ROUNDING = 1e-9  # of a step; a multiple this close beyond the range belongs to it
 _DECIMALS = 12  # of a position [m], so that multiples of a step read as they are stated
 
@@ -50,6 +51,8 @@ class TaskPlaces:
         Cycle time at the standard's one speed at the same positions [s]; NaN for the same reason.
     permitted : array, shape (n, m)
         Share of the path's length that has permission.
+    lowest : array, shape (n, m)
+        Lowest allowed speed on the path [m/s], where contact is possible; NaN where there is none.
     best_speeds : PathSpeeds or None
         Speeds of the path at the best position; None if no position is permitted as a whole.
     most_permitted : tuple of float
@@ -68,6 +71,7 @@ class TaskPlaces:
     duration: FloatArray
     standard_duration: FloatArray
     permitted: FloatArray
+    lowest: FloatArray
     best_speeds: PathSpeeds | None
     most_permitted: tuple[float, float, float]
     closest_speeds: PathSpeeds
@@ -76,11 +80,16 @@ class TaskPlaces:
 
     @property
     def best(self) -> tuple[float, float, float] | None:
-        """(distance, height, cycle time) of the fastest position [m, m, s]; None if none is permitted as a whole."""
+        """(distance, height, cycle time) of the best position [m, m, s]; None if none is permitted as a whole."""
         if np.isnan(self.duration).all():
             return None
-        i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
+        i, j = _best(self.duration, self.lowest)
         return float(self.distance[i]), float(self.height[j]), float(self.duration[i, j])
+
+    @property
+    def as_fast(self) -> int:
+        """Number of positions that are as fast as the best one, to the digits of a cycle time."""
+        return 0 if np.isnan(self.duration).all() else int(_as_fast(self.duration).sum())
 
     def finer_step(self, step: float) -> float | None:
         """A fifth of a step [m], where no position is permitted as a whole and closer ones may be; else None."""
@@ -96,11 +105,22 @@ class TaskPlaces:
         """
         if self.best is None:
             return []
-        i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
+        i, j = _best(self.duration, self.lowest)
         d, h, time = self.distance - self.distance[i], self.height - self.height[j], self.duration - self.duration[i, j]
         around = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
         inside = [(a, b) for a, b in around if 0 <= a < d.size and 0 <= b < h.size]
         return [(float(d[a]), float(h[b]), float(time[a, b])) for a, b in inside]
+
+
+def _as_fast(duration: FloatArray) -> Mask:
+    return np.asarray(duration <= np.nanmin(duration) + _AS_FAST)
+
+
+def _best(duration: FloatArray, lowest: FloatArray) -> tuple[int, int]:
+    """Where the fastest position stands in the grid; of several, the one that allows the highest speed throughout."""
+    speed = np.where(_as_fast(duration), np.nan_to_num(lowest), -1.0)
+    i, j = np.unravel_index(int(speed.argmax()), speed.shape)
+    return int(i), int(j)
 
 
 def place_task(
@@ -156,31 +176,33 @@ def place_task(
     """
     atlas = Atlas.of(maps)
     distance, height = table_positions(atlas, path, step, around)
-    duration, standard, permitted = np.full((3, distance.size, height.size), np.nan)
-    best: PathSpeeds | None = None
+    duration, standard, permitted, lowest = np.full((4, distance.size, height.size), np.nan)
     closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
     fullest: PathSpeeds | None = None
-    case = {"bound": bound, "allowance": allowance, "table": table}
+    case: dict[str, Any] = {"bound": bound, "allowance": allowance, "table": table}
     for number, (i, j), speeds in _at_positions(atlas, path, task, distance, height, **case):
         duration[i, j] = speeds.allowed.duration
         standard[i, j] = speeds.standard.duration
+        lowest[i, j] = speeds.constant.speed
         lengths = speeds.path.lengths
         permitted[i, j] = lengths[~speeds.refused].sum() / lengths.sum()
         rank = (float(permitted[i, j]), -float(lengths[speeds.outcome == PieceOutcome.OUTSIDE].sum()))
         if closest is None or rank > closest[0]:
             closest = (rank, (float(distance[i]), float(height[j])), speeds)
-        if not math.isnan(duration[i, j]) and (best is None or duration[i, j] < best.allowed.duration):
-            best = speeds
-        if best is speeds or fullest is None or len(speeds.bases) > len(fullest.bases):
+        if fullest is None or len(speeds.bases) > len(fullest.bases):
             fullest = speeds
         if progress is not None:
             progress(number)
     assert closest is not None
     assert fullest is not None
     most = (*closest[1], closest[0][0])
-    return TaskPlaces(
-        distance, height, duration, standard, permitted, best, most, closest[2], fullest.bases, fullest.notes
-    )
+    best: PathSpeeds | None = None
+    if not np.isnan(duration).all():
+        i, j = _best(duration, lowest)
+        (best,) = path_speeds_at(atlas, path, [np.array([distance[i], 0.0, height[j]])], task, **case)
+        fullest = best if len(best.bases) >= len(fullest.bases) else fullest
+    grids = (duration, standard, permitted, lowest)
+    return TaskPlaces(distance, height, *grids, best, most, closest[2], fullest.bases, fullest.notes)
 
 
 def _at_positions(

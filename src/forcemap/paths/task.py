@@ -18,6 +18,7 @@ from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, force_limit
+from forcemap.paths.tool_path import ONE_SEGMENT
 
 SCHEMA = "forcemap-task/1"
 
@@ -136,7 +137,8 @@ class Task:
     def _unknown(self, one: str, name: str, other: str, names: Collection[str]) -> InputError:
         near = ", ".join(map(repr, nearest_names(name, names, _NEAREST)))
         message = f"the {one} names the segment {name!r}, which the {other} does not have (its nearest: {near})"
-        return InputError(f"{message}; both name the same", file=self.source or None)
+        whole = f"; a path without the column segment is one named {name!r}" if name == ONE_SEGMENT else ""
+        return InputError(f"{message}; both name the same{whole}", file=self.source or None)
 
     def site_offset(self, site: str, *, alone: bool) -> FloatArray:
         """Where a contact site lies from the point of the path [m], shape (3,); zero for one `alone` if none is stated.

@@ -15,6 +15,9 @@ from forcemap.speeds.zones import Segments
 FASTEST = 10.0
 """Highest speed that a path may state [m/s]: a larger figure is in another unit."""
 
+ONE_SEGMENT = "path"
+"""Name of the one segment of a path that names none."""
+
 MOST_PIECES = 1_000_000
 """Most pieces of a path; a choice: minutes, and some hundred megabytes."""
 
@@ -52,8 +55,8 @@ class ToolPath:
         have that of the other end. None if it nowhere is so.
     end_name : str
         Segment that the file names at its last point, where no motion begins; empty if it names none there.
-    to_point : bool
-        True if the file says that the speed stated at a point is that of the motion to it.
+    speeds_of : str
+        Which motion the speed stated at a point is of: "to_point", "from_point", or empty if the file does not say.
 
     Raises
     ------
@@ -73,7 +76,7 @@ class ToolPath:
     stated_speeds: FloatArray | None = None
     by_one: Mask | None = None
     end_name: str = ""
-    to_point: bool = False
+    speeds_of: str = ""
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -137,7 +140,7 @@ class ToolPath:
         )
 
     @classmethod
-    def through(cls, points: ArrayLike, *, name: str = "path", time: ArrayLike | None = None) -> Self:
+    def through(cls, points: ArrayLike, *, name: str = ONE_SEGMENT, time: ArrayLike | None = None) -> Self:
         """A path through points, shape (n + 1, 3) [m], all of one segment."""
         array = np.asarray(points, dtype=np.float64)
         times = None if time is None else np.asarray(time, dtype=np.float64)
@@ -247,7 +250,7 @@ class ToolPath:
         turning = None if self.turning is None else self.turning[piece]
         stated = None if self.stated_speeds is None else self.stated_speeds[piece]
         by_one = None if self.by_one is None else self.by_one[piece]
-        bent, said = (self.deviation, turning), (self.end_name, self.to_point)
+        bent, said = (self.deviation, turning), (self.end_name, self.speeds_of)
         return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, *said)
 
     def moved(self, offset: ArrayLike) -> ToolPath:

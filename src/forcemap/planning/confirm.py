@@ -94,13 +94,16 @@ class ConfirmingImpact:
     outcome: Confirmed
     reason: Finding
 
+    def near_limit(self, within: float) -> bool:
+        """Whether it does not pass, or cannot tell, by its force, which the bound allows: it agrees with the map."""
+        return self.outcome is not Confirmed.PASSES and within < self.force <= self.bound_force
+
     def too_fast_for(self, released: float, within: float) -> ConfirmingImpact | None:
-        """The same as telling nothing, if its force alone fails, above the speed released now [m/s]; else None.
+        """The same as telling nothing, if its force alone is too high, above the speed released now [m/s]; else None.
 
         `within` is the force up to which an impact is within the limit [N].
         """
-        fails = self.outcome is Confirmed.DOES_NOT_PASS and within < self.force <= self.bound_force
-        if not fails or self.speed <= released + _SAME_SPEED:
+        if not self.near_limit(within) or self.speed <= released + _SAME_SPEED:
             return None
         figures = {"speed_mps": self.speed, "released_mps": released}
         return replace(self, outcome=Confirmed.CANNOT_TELL, reason=Finding.of(_FASTER, self.reason, **figures))
@@ -201,9 +204,13 @@ class ConfirmationPlan:
 
     @property
     def superseded(self) -> tuple[str, ...]:
-        """States that do not pass at a higher speed than is released now: others take their place."""
+        """States that do not pass for impacts above the speed released now alone: others take their place."""
         impacts = self.result.impacts if self.result else ()
-        return tuple(each.state for each in impacts if each.reason.kind is FindingKind.FASTER_THAN_RELEASED)
+        faster = dict.fromkeys(each.state for each in impacts if each.reason.kind is _FASTER)
+        stay = {
+            each.state for each in impacts if each.outcome is not Confirmed.PASSES and each.reason.kind is not _FASTER
+        }
+        return tuple(state for state in faster if state not in stay)
 
     @staticmethod
     def among(plan: MeasurementPlan) -> Mask:
@@ -240,15 +247,18 @@ class ConfirmationPlan:
         ]
         missing = ~np.isin(self.plan.state_id, [impact.state for impact in judged])
         released = dict(zip(self.earlier.state_id.tolist(), self.earlier_released.tolist(), strict=True))
-        # Planned for a lower speed than is released now, an impact that fails still contradicts the map.
+        # Planned for another speed than is released now, one that fails contradicts the map no faster than that, and
+        # above the bound there at any speed.
         judged += [
             impact
             for impact in _judged(self, self.earlier, self.earlier_released, impacts, checked)
-            if impact.outcome is Confirmed.DOES_NOT_PASS and impact.speed <= released[impact.state]
+            if impact.outcome is Confirmed.DOES_NOT_PASS
+            and (impact.speed <= released[impact.state] + _SAME_SPEED or impact.force > impact.bound_force)
         ]
         if not judged:
             return replace(self, result=None)
-        outcome, reason = _overall(self, judged, int(missing.sum()))
+        near = sum(impact.near_limit(within) and impact.reason.kind is not _FASTER for impact in judged)
+        outcome, reason = _overall(self, judged, int(missing.sum()), near)
         planned = self
         if outcome is Confirmed.DOES_NOT_PASS:
             before = ~np.isin(self.plan.recording, self.added.recording)
@@ -260,8 +270,10 @@ class ConfirmationPlan:
         return replace(planned, result=ConfirmationResult(tuple(judged), names, outcome, reason))
 
 
-def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int) -> tuple[Confirmed, Finding]:
-    """Whether all impacts together confirm the map, and why."""
+def _overall(
+    plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int, near: int
+) -> tuple[Confirmed, Finding]:
+    """Whether all impacts together confirm the map, and why; `near` of them are too near the limit to be told."""
     count, kind = Counter(impact.outcome for impact in judged), FindingKind
     if failed := count[Confirmed.DOES_NOT_PASS]:
         return Confirmed.DOES_NOT_PASS, Finding.of(kind.IMPACTS_FAILED, impacts=failed, of=len(judged))
@@ -270,7 +282,8 @@ def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: in
     if missing:
         return Confirmed.CANNOT_TELL, Finding.of(kind.RUNS_MISSING, runs=missing, of=len(plan.plan))
     if unknown := count[Confirmed.CANNOT_TELL]:
-        return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, impacts=unknown, of=len(judged))
+        of = {"impacts": unknown, "of": len(judged), "near": near or None}
+        return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, **of)
     passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
     return Confirmed.PASSES, passed
 

@@ -85,8 +85,11 @@ _NO_UNIT = re.compile(
     r"|f?[xyz]|t|[0-9]+|tcp|tool|base|abs|norm|sum|magnitude|filtered|gefiltert|relative?|absolute?|measured|gemessen|"
     r"actual|ist|cfc ?[0-9]+|(?:ch|channel|kanal|sensor).*"
 )
-# within longer words, and factors before or behind a unit: "ForceKgf", "Force*10 [N]", "x10N"
-_WITHIN = re.compile(r"kilopond|kgf|kilogram|lbf|pound|newton", re.IGNORECASE)
+# within longer words, and factors before or behind a unit: "ForceKgf", "Force*10 [N]", "x10N"; words of units that are
+# read, too, for they may be others than the one that is stated; no counts ("Discounts"), nothing short ("redundant")
+_SHORT = 4  # letters
+_READ_WITHIN = (w for u in ForceUnit if u is not ForceUnit.COUNTS for w in _SPELLINGS[u].split() if len(w) > _SHORT)
+_WITHIN = re.compile("|".join(("kilopond", "kgf", "kilogram", "lbf", "pound", *_READ_WITHIN)), re.IGNORECASE)
 _FACTOR = re.compile(r"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z])10+\s?k?N\b|(?<![0-9])1/[0-9]", re.IGNORECASE)
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE

@@ -261,7 +261,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     speeds |= _said(bases, result.rests_on)
     held = [note for note in result.rests_on if note.kind is FindingKind.POINT_HELD_AS_FREE]
     speeds["warnings"] = [*sentences(held), *speeds["warnings"]]
-    along = [note for basis in bases for note in basis.notes if note.kind is FindingKind.ALONG_ONLY]
+    along = [note for note in result.rests_on if note.kind is FindingKind.ALONG_ONLY]
     speeds |= {"holds_for": sentence(along[0])} if along else {}
     return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest)
 
@@ -288,15 +288,15 @@ def _require_report(report: Path, content: CampaignContent, limits: _Limits) -> 
 
     if not report.is_file():
         raise NotReleasable("there is no report of it; forcemap report writes it", file=str(report))
+    areas = [] if content.points else [f"--area {limit.name}" for limit, _ in limits]  # else those of all points
+    again = f"move it away and write it again: {' '.join(['forcemap report', str(content.folder), *areas])}"
     if not verify_report(str(report), str(content.folder)).holds:
-        again = " ".join(["forcemap report", str(content.folder), *(f"--area {limit.name}" for limit, _ in limits)])
-        message = f"the report is not of the campaign as it is now; move it away and write it again: {again}"
-        raise NotReleasable(message, file=str(report))
+        raise NotReleasable(f"the report is not of the campaign as it is now; {again}", file=str(report))
     made_for = read_seal(read_bytes(report), str(report)).made_for
     for limit, _ in limits:
         if area_with_table(limit) not in made_for.areas:
             which = f"{limit.name} with its limits of {limit.edition}"
-            raise NotReleasable(f"the report is not of {which}; write it with --area {limit.name}", file=str(report))
+            raise NotReleasable(f"the report is not of {which}; {again}", file=str(report))
 
 
 def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from forcemap.assessment.assess_campaign import CampaignAssessment
+from forcemap.assessment.assess_campaign import AssessedPoints, CampaignAssessment
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.assessment.point_results import PointOutcome, PointResult
@@ -126,7 +126,7 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
     ]
 
 
-def cell_words(assessment: CampaignAssessment) -> str:
+def cell_words(assessment: CampaignAssessment | AssessedPoints) -> str:
     """Whether the cell may run as programmed, as far as its contact points tell; empty without any."""
     points = () if isinstance(assessment.points, Missing) else assessment.points
     if any(result.lacks for result in points):

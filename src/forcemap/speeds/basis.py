@@ -41,6 +41,8 @@ from forcemap.speeds.allowance import Allowance
 _SCATTERED = 1.05
 """A state whose highest force is more than this many times its mean is noted as scattered. A choice: devices and robots
 repeat within 1 to 3 %."""
+_WITHIN_SCATTER = 2.0
+"""Standard deviations of states about the map, by which one of a held force may fall with speed. A choice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +182,6 @@ def basis_of(
     direction = Finding.of(kind, widest_deg=WIDEST_ANGLE, angle_deg=angle, raised=RAISED_OFF_AXIS - 1)
     transfer = fit.transfer if (fit := force_map.fit) else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
-    doubt = basis.conditions.speed_doubt
     slower = cover_slower(force_map)
     confirmed, not_borne_out = _confirmed(force_map, limit, basis.contact, bound)
     raised = basis.raised * off_axis
@@ -197,7 +198,7 @@ def basis_of(
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
             *_clamping_unseen(basis),
-            *([doubt] if doubt else []),
+            *basis.conditions.doubts,
             *_own_limits_unused(limit, force_map.conditions),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
@@ -316,15 +317,15 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
     """
     for group in force_map.fit.measured if force_map.fit and not np.isnan(limits).all() else ():
         low, _ = force_map.measured_range.speeds(group.distance, group.height)
-        speed = np.maximum(group.speed, low)  # slower than was fitted there: permitted if the slowest fitted speed is
+        speed = np.maximum(group.slowest, low)  # slower than was fitted there: permitted if the slowest fitted speed is
         within = np.flatnonzero(force_map.measured_range.contains(group.distance, group.height, speed))
         inside, speed = group.select(within), speed[within]
         measured = np.fmax(inside.highest, inside.at_least)
         at_place = inside.distance, inside.height
-        slower = np.where(inside.speed < speed, upper_of_slower(force_map, bound, *at_place), 0.0)
+        slower = np.where(inside.slowest < speed, upper_of_slower(force_map, bound, *at_place), 0.0)
         upper = raised * np.maximum(bound.upper(force_map, *at_place, speed), slower)
         for i in np.flatnonzero(measured > upper):
-            place = float(inside.distance[i]), float(inside.height[i]), float(inside.speed[i])
+            place = float(inside.distance[i]), float(inside.height[i]), float(inside.slowest[i])
             between = (limits >= upper[i]) & (limits < measured[i])
             yield Exceedance(str(inside.name[i]), float(measured[i]), place, between)
 
@@ -350,7 +351,7 @@ def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
         return None
     test = confirming_of(force_map.fit.test)  # also slower than it is to hold for now: a failure stays one
     low, _ = force_map.measured_range.speeds(test.distance, test.height)
-    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.speed)
+    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.slowest)
     names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
     return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names) if names else None
 
@@ -359,10 +360,12 @@ def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
     """Doubts about a map: impacts that were taken out, its form, and the drift that states measured again show."""
     tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
     excluded = force_map.binding.reason if force_map.binding.state is BindingState.BOUND else None
+    apart = force_map.fit.disagreeing if force_map.fit else ()
     saturated = force_map.fit is not None and force_map.fit.between_states.degrees_of_freedom == 0
     return (
         *([excluded] if excluded else []),
         *([Finding.of(FindingKind.NO_RESIDUALS)] if saturated else []),
+        *([Finding.of(FindingKind.REPEATS_DISAGREE, names=apart)] if apart else []),
         *([slower] if (slower := slower_impacts(force_map)) else []),
         *_falls(force_map),
         *(tested.warnings if tested else ()),
@@ -371,11 +374,16 @@ def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
 
 
 def _falls(force_map: ForceMap) -> tuple[Finding, ...]:
-    """Where the prediction falls most with speed; nothing of a map that rises."""
+    """Where the prediction falls most with speed; nothing of a map that rises, or of a held force within scatter."""
     if force_map.rises_with_speed:
         return ()
-    where = zip(("distance_m", "height_m", "speed_mps"), force_map.steepest_fall, strict=True)
-    return (Finding.of(FindingKind.FALLS_WITH_SPEED, **dict(where)),)
+    distance, height, speed = force_map.steepest_fall
+    held = force_map.quantity is Quantity.CLAMPING_FORCE
+    # which hardly depends on speed: its terms of speed fit the scatter
+    if held and force_map.fit and force_map.largest_fall <= _WITHIN_SCATTER * force_map.fit.state_sd:
+        return ()
+    where = {"distance_m": distance, "height_m": height, "speed_mps": speed, "form_helps": None if held else True}
+    return (Finding.of(FindingKind.FALLS_WITH_SPEED, **where),)
 
 
 def limit_basis(
@@ -451,7 +459,7 @@ def limit_basis(
 
 def _as_stated(states: States, conditions: Conditions) -> States:
     """States with the speeds that the campaign states, as in their names."""
-    return replace(states, speed=conditions.as_stated(states.speed))
+    return replace(states, speed=conditions.as_stated(states.speed), slowest=conditions.as_stated(states.slowest))
 
 
 def _unchecked_units(force_map: ForceMap) -> list[Finding]:
@@ -527,12 +535,14 @@ def _require_contact(force_map: ForceMap, limit: NewtonLimit, contact: Contact |
 
 def _require_measured(force_map: ForceMap, newtons: Any) -> None:
     """Refuse a limit [N] above what the device can confirm: nothing above was ever measured."""
-    highest = force_map.highest_force - force_map.conditions.device.error_or_default
+    error = force_map.conditions.device.error_or_default
+    highest = force_map.highest_force - error
     if np.any(np.asarray(newtons) > highest):
-        what = "the range of the measuring device"
+        found = f"force limit: found {np.max(newtons):g} N, expected at most {highest:g} N"
         if math.isnan(force_map.device_range):
-            what = "the largest force that was measured, because the device range is not stated,"
-        raise InputError(
-            f"force limit: found {np.max(newtons):g} N, expected at most {highest:g} N, {what} less its error; nothing "
-            f"above was ever measured"
-        )
+            way = "state device.range_N in a campaign.toml beside the impacts, and fit again"
+            said = (
+                f"the largest force measured less the device's error of {error:g} N, for the device range is not stated"
+            )
+            raise InputError(f"{found}, {said}; {way}")
+        raise InputError(f"{found}, the device range less its error of {error:g} N; nothing above was ever measured")

@@ -454,7 +454,7 @@ def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tupl
         return
     for group in force_map.fit.measured:
         for i in np.flatnonzero(getattr(group, force) > limit).tolist():
-            figures = (group.distance[i], group.height[i], group.speed[i], getattr(group, force)[i])
+            figures = (group.distance[i], group.height[i], group.slowest[i], getattr(group, force)[i])
             yield str(group.name[i]), *map(float, figures)  # type: ignore[misc]
 
 

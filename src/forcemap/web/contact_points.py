@@ -128,6 +128,7 @@ class PointsAnswer(Answer):
     list_sha256: str
     problem: str
     warnings: list[str]
+    cell: str
     points: list[PointAnswer]
 
 
@@ -157,6 +158,8 @@ class PointRecordingAnswer(Answer):
 
 def points_answer(name: str, folder: Path, table: LimitTable | None) -> PointsAnswer:
     """The list of contact points with the verdicts; a list that cannot be used says why, and permits nothing."""
+    from forcemap.report.permission import cell_words
+
     content, assessed = _content(folder), assess_points(folder, limit_table=table)
     points, problem = ((), assessed.points.reason) if isinstance(assessed.points, Missing) else (assessed.points, "")
     cells = [] if problem or not content else listed_cells(content, POINTS_FILE)
@@ -166,6 +169,7 @@ def points_answer(name: str, folder: Path, table: LimitTable | None) -> PointsAn
         list_sha256=sha256(content) if content else "",
         problem=problem,
         warnings=sentences(assessed.findings),
+        cell=cell_words(assessed),
         points=[_point(result, row, assessed) for result, row in zip(points, cells, strict=True)],
     )
 
