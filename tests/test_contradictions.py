@@ -61,6 +61,28 @@ def test_readings_far_above_the_device_range_are_said(device_range, said):
             fm.fit_force_map(dataset)
 
 
+def test_the_range_that_counts_is_the_stated_one_of_each_device():
+    """Not the lowest force at which something was cut off, nor the range of the other device."""
+    at, names, force = impacts("ur10e")
+    force = np.minimum(force, 510.0)
+    cut = (force >= 500.0) | (np.arange(force.size) == int(force.argmin()))  # one was cut off low down
+    weak, strong = fm.Device(range=250.0), fm.Device(range=500.0)
+    alone = fm.Conditions(device=strong)
+    assert kinds(table(at, force, names, censored=cut, conditions=alone)) == []
+    assert kinds(table(at, force, names, censored=np.ones(force.size, dtype=bool), conditions=alone)) == []
+    fits = force < 250.0
+    named = np.where(fits, np.char.add("weak ", names), np.char.add("strong ", names))
+    both = fm.Conditions(device=weak, devices=(("weak *", weak), ("strong *", strong)))
+    assert "range_exceeded_far" not in kinds(table(at, force, named, censored=~fits, conditions=both))
+    swapped = fm.Conditions(device=weak, devices=(("weak *", strong), ("strong *", weak)))
+    (found,) = (
+        each
+        for each in table(at, force, named, censored=~fits, conditions=swapped).contradictions
+        if "range" in each.kind.value
+    )
+    assert (found.figure("range_N"), found.figure("impacts")) == (250.0, int((force > 300.0).sum()))
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("pair", EXCHANGES)
 @pytest.mark.parametrize("name", NAMES)

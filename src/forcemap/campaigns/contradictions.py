@@ -36,13 +36,14 @@ def contradictions(states: States) -> tuple[Finding, ...]:
     return tuple(finding for check in checks if len(states) and (finding := check(states)))
 
 
-def range_exceeded(force: FloatArray, device_range: float) -> Finding | None:
-    """Readings far above the device range, which no device gives; force in N, shape (n,), a range of NaN not stated."""
+def range_exceeded(force: FloatArray, device_range: FloatArray) -> Finding | None:
+    """Readings far above the range of their device, which none gives; both in N, shape (n,), NaN for none stated."""
     far = force > _BEYOND_RANGE * device_range
     if not far.any():
         return None
-    figures = {"impacts": int(far.sum()), "of": far.size, "force_N": float(force.max()), "range_N": device_range}
-    return Finding.of(FindingKind.RANGE_EXCEEDED_FAR, **figures)
+    worst = int(np.argmax(np.where(far, force, 0.0)))
+    figures = {"force_N": float(force[worst]), "range_N": float(device_range[worst])}
+    return Finding.of(FindingKind.RANGE_EXCEEDED_FAR, impacts=int(far.sum()), of=far.size, **figures)
 
 
 def opposite_base_angle(angle: FloatArray, stated: float) -> Finding | None:

@@ -371,8 +371,16 @@ class ImpactDataset:
     def contradictions(self) -> tuple[Finding, ...]:
         """Names, places, speeds and base angles of the table that contradict each other: doubts to look at."""
         turned = opposite_base_angle(self.base_angle, self.conditions.base_angle)
-        beyond = range_exceeded(self.peak_force, self.device_range) if self.quantity is Quantity.FORCE else None
+        beyond = range_exceeded(self.peak_force, self._stated_ranges) if self.quantity is Quantity.FORCE else None
         return (*filter(None, (beyond,)), *contradictions(self.as_stated.states), *filter(None, (turned,)))
+
+    @property
+    def _stated_ranges(self) -> FloatArray:
+        """The stated range of the device of each impact [N], NaN for none."""
+        if not self.conditions.devices:
+            return np.full(len(self), self.conditions.device.range)
+        named = zip(self.state.tolist(), self.recording.tolist(), strict=True)
+        return np.array([self.conditions.device_of(*names).range for names in named])
 
     @property
     def drift(self) -> Drift | None:

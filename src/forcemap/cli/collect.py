@@ -12,6 +12,7 @@ from typer import Argument, Option, confirm
 
 from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
+from forcemap.campaigns.dataset import DISAGREEMENT
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
 from forcemap.campaigns.workers import processors
@@ -194,7 +195,8 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
     if apart := answer.disagreeing_repeats:
-        lines.append(f"  repeats lie more than 10 % apart, look at their recordings: {', '.join(apart)}")
+        percent = 100 * (DISAGREEMENT - 1)
+        lines.append(f"  repeats lie more than {percent:g} % apart, look at their recordings: {', '.join(apart)}")
     lines += [answer.drift.finding] if answer.drift and not answer.drift.found else []
     lines += [answer.units.capitalize()] if answer.units and answer.units != answer.no_speed else []
     if answer.not_stated:

@@ -161,7 +161,8 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         )
     measured = train.select(~train.censored)
     if not len(measured) and dataset.quantity is Quantity.FORCE:
-        above = f"found all {len(train)} impacts above the device range of {train.device_range:g} N, and no force"
+        stated = "" if np.isnan(limit := train.conditions.device.range) else f" of {limit:g} N"
+        above = f"found all {len(train)} impacts above the device range{stated}, and no force"
         raise FitError(f"{above}; is device.range_N in campaign.toml right?", file=dataset.source or None)
     states, left_out = train.states.uncensored, train.states.select(train.states.impacts == 0)
     likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any()) and len(states) > len(form.terms)

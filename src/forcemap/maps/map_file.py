@@ -51,7 +51,8 @@ _SAME_SCATTER = 10 * _SAME_CENSORED
 
 _LARGEST = 1e9  # of any number in the file: a larger one cannot be meant
 _LEAST = 5e-324  # the smallest positive number
-_SPEEDS = dict.fromkeys(("speed_mps", "slowest_mps"), (_LEAST, 10.0))
+_SLOWEST = "slowest_mps"  # missing in files of before, which have the mean of the repeats alone
+_SPEEDS = dict.fromkeys(("speed_mps", _SLOWEST), (_LEAST, 10.0))
 _PLACES = {"distance_m": (_LEAST, 10.0), "height_m": (-10.0, 10.0), **_SPEEDS}
 _RANGES = {  # of a number in the file, or of every number in a list
     **_PLACES,
@@ -92,8 +93,6 @@ _TABLES = {
     "fit",
 }
 _LISTS = {"terms", "disagreeing_repeats", "coefficients", "standard_errors", "state_weights"}
-
-_SLOWEST = "slowest_mps"  # missing in files of before, which have the mean of the repeats alone
 
 # column of the file -> field of States
 _STATE_COLUMNS = {

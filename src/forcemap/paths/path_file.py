@@ -106,11 +106,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         raise table.error(found, table.rows[row], _TIME)
     if len(values) < 2:
         raise TableError(f"found {len(values)} points, expected at least two", file=str(path))
-    (speeds, by_one), motions = (
-        _stated_speeds(table),
-        [_MOTION_OF[name] for name in _MOTION_OF if name in table.columns],
-    )
-    motion = motions[0] if motions else ""
+    speeds, by_one = _stated_speeds(table)
+    motion = next((motion for name, motion in _MOTION_OF.items() if name in table.columns), "")
     *names, end_name = table.columns.get("segment", [ONE_SEGMENT] * len(values))
     if "" in names:
         row = table.rows[names.index("")]

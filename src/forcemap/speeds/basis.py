@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import (
+    DISAGREEMENT,
     Binding,
     BindingState,
     Conditions,
@@ -365,7 +366,7 @@ def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
     return (
         *([excluded] if excluded else []),
         *([Finding.of(FindingKind.NO_RESIDUALS)] if saturated else []),
-        *([Finding.of(FindingKind.REPEATS_DISAGREE, names=apart)] if apart else []),
+        *([Finding.of(FindingKind.REPEATS_DISAGREE, names=apart, apart=DISAGREEMENT - 1)] if apart else []),
         *([slower] if (slower := slower_impacts(force_map)) else []),
         *_falls(force_map),
         *(tested.warnings if tested else ()),
