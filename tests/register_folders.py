@@ -79,7 +79,7 @@ def peaks_of(recordings):
     return fm.published_map("ur10e").predict(d, h, v)
 
 
-def collected(folder, recordings=30, seed=0, *, scale=0.6, **stated):
+def collected(folder, recordings=30, seed=0, *, scale=0.6, phase2=1.6, **stated):
     """A folder of so many recordings, whose files are a few bytes that nothing reads again."""
     folder = Path(folder)
     (folder / "recordings").mkdir(parents=True)
@@ -97,7 +97,7 @@ def collected(folder, recordings=30, seed=0, *, scale=0.6, **stated):
         content = f"{seed} {name}\n".encode()
         (folder / "recordings" / file).write_bytes(content)
         row = {"state_id": state, "repeat": str(repeat), "role": "train", "distance_m": str(d), "height_m": str(h)}
-        row |= {"speed_mps": str(v), "peak_force_N": force, "censored": "false", "phase2_force_N": "1.60"}
+        row |= {"speed_mps": str(v), "peak_force_N": force, "censored": "false", "phase2_force_N": f"{phase2:.2f}"}
         row |= {"scenario": "unconstrained", "recording": file, "flags": "", "raw_peak_N": force}
         table.append(row | dict.fromkeys(_UNUSED, "0") | {"unused_phase2_force_N": ""})
         entries.append(
@@ -111,7 +111,7 @@ def collected(folder, recordings=30, seed=0, *, scale=0.6, **stated):
                 scenario=ContactScenario.UNCONSTRAINED,
                 peak_force=float(force),
                 raw_peak_force=float(force),
-                phase2_force=1.6,
+                phase2_force=phase2,
                 phase1_duration=0.03,
                 impact_sha256=impact_sha256(row),
                 conditions=under,

@@ -206,6 +206,8 @@ def test_what_has_no_map_has_no_permission(missing, tmp_path):
     assert places.best is None
     assert (places.permitted == 0).all()
     (gap,) = map_gaps(found)
+    stated = fm.path_speeds(atlas, path, fm.Task((segment,), conditions={"direction": "down"}), bound=BOUND)
+    assert [str(each) for each in map_gaps(stated)] == ([] if missing == "direction" else [str(gap)])
     assert gap.direction == ("up" if missing == "direction" else "down")
     assert (gap.loaded.contact_site, gap.loaded.tool, gap.loaded.payload) == (
         named["site"],

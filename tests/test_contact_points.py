@@ -182,6 +182,7 @@ def test_a_transient_limit_for_a_part_that_is_held_is_said_first(cell, judge, tm
     (found,) = judge(point)
     words = "TRANSIENT LIMIT FOR A BODY PART THAT CANNOT GIVE WAY, contact point P1"
     assert (words in said(found)) == doubted
+    assert found.words.endswith("IF the risk assessment says why") == (doubted and not found.lacks)
     folder = shutil.copytree(cell, tmp_path / "cell")
     write_list(folder, {**POINT, **point})
     findings = sentences(fm.assess_campaign(folder).findings)
@@ -496,6 +497,18 @@ def test_impacts_at_released_speeds_confirm_or_forbid_points_of_the_map(cell, tm
     assert set(found.points[0].confirmed_by) == {name for name, _ in files}
     assert found.speeds[0].confirmed_by == found.points[0].confirmed_by
     assert found.points[1].outcome is not PointOutcome.CONFIRMED  # another limit
+    places = np.column_stack([added.distance, added.height])
+    there = {"distance_m": added.distance[0], "height_m": added.height[0]}
+    write_list(folder, POINT | PLACE, {**POINT, **PLACE, **there, "point_id": "P2"})
+    beside = (np.abs(places - [float(PLACE[name]) for name in there]) <= 0.01).all(axis=1).sum()
+    here = (np.abs(places - places[0]) <= 0.01).all(axis=1).sum()
+    assert (beside, here > 0) == (0, True)
+    for result, count in zip(assess_points(folder).points, ("none", here), strict=True):
+        (said,) = [f for f in result.rests_on if f.kind is fm.FindingKind.POINT_CONFIRMED_MAP]
+        bump = fm.confirm_plan(force_map, limit, **asked).bump_detected
+        assert said.figure("missed") == pytest.approx(1 - bump, abs=0.02)
+        assert f"by {len(added)} impacts, {count} of them at this point, which would have missed" in fm.sentence(said)
+        assert result.words == "permitted by the confirmed map"
 
     other = shutil.copytree(cell, tmp_path / "other")
     write_plan(extend_plan(plan, added), other)

@@ -422,6 +422,8 @@ def test_the_strictest_of_several_limits_and_the_gate_hold():
     both = fm.robot_table(ur10e, limits=[own, HAND], bound=bound)
     np.testing.assert_array_equal(both.speed_mmps, np.minimum(*(each.speed_mmps for each in alone)))
     assert len(both.provenance.limits_N) == 2
+    assert both.alone == tuple(each.permitted for each in alone)
+    assert min(both.alone) == both.permitted < max(both.alone)
     clamps = fm.robot_table(fm.published_map("kuka-iiwa7-30nm"), limits=[HAND], bound=bound)
     assert clamps.permitted == 0
     assert "nothing to configure" in safety_proposal(clamps)

@@ -621,6 +621,49 @@ def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simu
     assert {row["simulated"] for name in ("states", "accuracy", "dataset") for row in rows(name)} == {"true"}
 
 
+def test_a_publication_of_another_form_is_of_that_form_throughout(example_folders, tmp_path, forcemap, ask):
+    from forcemap.csv_table import read_table
+
+    def rows(name):
+        return read_table((written / "tables" / f"{name}.csv").read_bytes(), name, what="row").texts
+
+    folder, written = example_folders["ur10e"], tmp_path / "log"
+    assert forcemap("publication", folder, "-o", written, "--form", "LOG_SPEED", "--area", "back_of_hand")[0] == 0
+    dataset = fm.read_dataset(folder)
+    force_map = fm.fit_force_map(dataset, form=fm.LOG_SPEED)
+    assert fm.read_map(written / "map.json").form == fm.LOG_SPEED
+    assert [float(row["value"]) for row in rows("coefficients")] == force_map.coefficients.tolist()
+    assert {row["model"] for row in rows("accuracy")} >= {"LOG_SPEED", "CFM_2D", "contact model"}
+    assert "CFM_3D" not in {row["model"] for row in rows("accuracy")}
+    readme = (written / "README.md").read_text()
+    assert f"Form of the map: LOG_SPEED: {fm.sentence(force_map.form_test.finding)}" in readme
+    (made,) = re.findall(r"`map.json` \| `forcemap (fit data.*?)`", readme)
+    again = [str(written / word) if word in ("data", "map.json") else word for word in made.split()]
+    again[-1] = str(tmp_path / "again.json")
+    assert forcemap(*again)[0] == 0
+    assert (tmp_path / "again.json").read_bytes() == (written / "map.json").read_bytes()
+    for kind in ("residuals", "comparison"):
+        drawn = ["figure", kind, folder, *["--area", "back_of_hand"] * (kind == "comparison")]
+        files = [tmp_path / f"{kind}-{i}.svg" for i in range(2)]
+        assert forcemap(*drawn, "-o", files[0])[0] == 0
+        assert forcemap(*drawn, "--form", "LOG_SPEED", "-o", files[1])[0] == 0
+        assert files[0].read_bytes() != files[1].read_bytes() == (written / "figures" / f"{kind}.svg").read_bytes()
+    code, found = ask("figure", "grid", folder, "--form", "LOG_SPEED", "-o", tmp_path / "x.svg")
+    assert (code, "form: grid does not take it" in found["error"]["message"]) == (2, True)
+    code, found = ask("publication", written / "map.json", "-o", tmp_path / "new")
+    assert (code, "folder or table of its impacts, and --form" in found["error"]["message"]) == (2, True)
+    code, found = ask("figure", "residuals", written / "map.json", "-o", tmp_path / "x.svg")
+    assert (code, "with --form the form of its map" in found["error"]["message"]) == (2, True)
+
+
+def test_a_publication_without_an_area_names_no_table_that_it_lacks(example_folders, tmp_path, forcemap):
+    assert forcemap("publication", example_folders["ur10e"], "-o", tmp_path / "bundle")[0] == 0
+    readme = (tmp_path / "bundle" / "README.md").read_text()
+    assert "Form of the map: CFM_3D" in readme
+    assert "speed-map" not in readme
+    assert "for that body area" not in readme
+
+
 def test_a_publication_tells_stated_speeds_from_those_less_their_error(example_folders, tmp_path, forcemap, ask):
     from forcemap.csv_table import read_table
 

@@ -23,6 +23,7 @@ from forcemap.comparisons.force_models import maps_per_height
 from forcemap.dynamics.mass_map import planar_mass_map
 from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, LINK_DOWN, LinkMass, PlanarArm, Wrist
 from forcemap.figures.maps import profile_states_shown, workspace_states_shown
+from forcemap.maps.transfer import SHIFT
 from forcemap.words import warnings
 from pulses import pulse, save
 
@@ -296,6 +297,19 @@ def test_workspace(made, dataset, force_map):
     corners = force_map.predict(np.array([0.89, 0.52]), np.array([0.46, 0.14]), np.array([0.2, 0.4]))
     assert corners[0] * 0.98 < low < corners[0] * 1.05
     assert corners[1] * 0.93 < high < corners[1] * 1.02
+
+
+@pytest.mark.parametrize(
+    ("at_top", "said"), [([[0.5, 0.1], [0.5, 0.5]], True), ([[0.5, 0.1], [0.9, 0.5], [0.9, 0.1]], False)]
+)
+def test_a_slice_of_the_workspace_without_area_is_named(at_top, said):
+    below = np.array([[d, h, v] for v in (0.1, 0.2) for d in (0.5, 0.7, 0.9) for h in (0.1, 0.3, 0.5)])
+    d, h, v = np.vstack([below, [[*place, 0.3] for place in at_top]]).T
+    force = np.exp(5 - d + 2 * v + 0.1 * np.sin(9 * h))
+    few = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    figure = figures.workspace_figure(fm.fit_force_map(few, form=SHIFT), few)
+    words = " ".join(text.get_text() for text in figure.texts).replace("\n", " ")
+    assert ("No slice at 0.30 m/s" in words) == said
 
 
 def test_model_comparison(made, dataset, force_map):

@@ -249,6 +249,32 @@ def test_simulate_command(forcemap, ask, plan, tmp_path):
     assert (code, found["error"]["kind"]) == (2, "unknown_name")
 
 
+@pytest.mark.parametrize(("preset", "said"), [("ur10e-like", True), ("iiwa7-like-30nm", False)])
+def test_why_a_robot_that_retreats_clamps_with_a_soft_cover(forcemap, ask, plan, tmp_path, preset, said):
+    line = ("simulate", tmp_path / "plan.csv", "--preset", preset, "--cover-N-per-m", 5e3)
+    _, found = ask(*line, "-o", tmp_path / "a")
+    assert found["scenarios"] == ["constrained_with_clamping"]
+    _, out, _ = forcemap(*line, "-o", tmp_path / "b")
+    assert ("though the robot retreats" in out) == said
+
+
+def test_the_campaigns_payload_is_simulated_and_what_is_not_is_named(forcemap, ask, plan, tmp_path):
+    (tmp_path / "campaign.toml").write_text(
+        'schema = "forcemap-campaign/1"\n[robot]\nmodel = "UR10e"\n[tool]\nname = "gripper"\npayload_kg = 1.2\n'
+        '[contact]\nsite = "gripper"\ndirection = "down"\n[device]\nmodel = "PFMD"\nrange_N = 500.0\n'
+    )
+    line = ("simulate", tmp_path, "--preset", "ur10e-like")
+    _, found = ask(*line, "-o", tmp_path / "a")
+    assert found["changes"] == ["payload 1.2 kg"]
+    assert fm.read_conditions(tmp_path / "a" / "campaign.toml").payload == 1.2
+    assert found["not_simulated"] == ["robot.model", "tool.name", "contact.site"]
+    _, found = ask(*line, "--payload-kg", 0.5, "-o", tmp_path / "b")
+    assert found["changes"] == ["payload 0.5 kg"]
+    assert "tool.payload_kg" in found["not_simulated"]
+    _, out, _ = forcemap(*line, "-o", tmp_path / "c")
+    assert "NOT SIMULATED of campaign.toml, the lab has its own: robot.model, tool.name, contact.site" in out
+
+
 def test_every_place_out_of_reach_is_named_and_where_all_are_reached(ask, tmp_path):
     plan = fm.plan_measurements((0.4, 0.5, 0.7, 0.9), (0.1, 0.3, 0.6), (0.1, 0.2, 0.3), design=fm.Design.PAPER)
     fm.write_plan(plan, tmp_path)

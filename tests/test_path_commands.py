@@ -49,6 +49,11 @@ def files(tmp_path, monkeypatch):
     (tmp_path / "task.toml").write_text(TASK)
 
 
+def capsys_cleared(capsys):
+    capsys.readouterr()
+    return capsys
+
+
 def result(capsys, *arguments, code=0):
     assert run([*arguments, "--json"]) == code
     return json.loads(capsys.readouterr().out)
@@ -109,6 +114,130 @@ def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
     rows = "".join(f"{t / 50:.3f},0.8,0,{0.44 - 0.2 * t / 50:.6f}\n" for t in range(21))
     (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}")
     assert result(capsys, "path", "ur10e", "timed.csv", *HAND)["too_fast"] is False
+
+
+def test_path_says_where_the_slowest_place_is_and_by_which_limit(capsys, tmp_path):
+    for task in ("task.toml", "excluded.toml"):
+        (tmp_path / "excluded.toml").write_text(
+            TASK.replace('areas = ["back_of_hand"]\nclamping_possible = false', "contact_possible = false")
+        )
+        assert run(["path", "ur10e", "path.csv", "--task", task]) in (0, 1)
+        out = " ".join(capsys.readouterr().out.split())
+        found = result(capsys, "path", "ur10e", "path.csv", "--task", task, code=int(task == "task.toml"))
+        press = [piece for piece in found["pieces"] if piece["outcome"] == "admissible"]
+        if not press:
+            assert found["slowest"] is None
+            assert "slowest:" not in out
+            continue
+        lowest = min(press, key=lambda piece: piece["speed_to_program_mps"])
+        named = ("segment", "from_m", "to_m", "outcome", "speed_to_program_mps", "governed_by", "map_name", "limit_N")
+        assert found["slowest"] == {name: lowest[name] for name in named}
+        (_, _, low), (_, _, lower) = lowest["from_m"], lowest["to_m"]
+        speed = fm.floor_speed(lowest["speed_to_program_mps"])
+        assert f"slowest: {speed} m/s on press from 0.800, {low:.3f} to 0.800, {lower:.3f}: 280 N, back_of_hand" in out
+
+
+@pytest.mark.parametrize(
+    ("seconds", "by_mean", "words"), [(0.4, 0.0, "(nowhere by the mean"), (0.2, 0.08, "on 100 % of the path: slow")]
+)
+def test_a_log_that_is_too_fast_by_its_means_or_by_what_its_rows_leave_open(capsys, tmp_path, seconds, by_mean, words):
+    (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n0,0.8,0,0.44\n{seconds},0.8,0,0.36\n")
+    found = result(capsys, "path", "ur10e", "timed.csv", *HAND, code=1)
+    assert found["too_fast_length_m"] == pytest.approx(0.08)
+    assert found["too_fast_by_mean_length_m"] == pytest.approx(by_mean)
+    assert run(["path", "ur10e", "timed.csv", *HAND]) == 1
+    assert words in " ".join(capsys.readouterr().out.split())
+
+
+def test_an_untimed_path_has_no_means(capsys):
+    found = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml", code=1)
+    assert found["too_fast_by_mean_length_m"] is None
+
+
+def test_of_several_limits_each_one_says_how_many_zones_it_permits_alone(capsys, tmp_path):
+    also = '[[segments]]\nname = "lift"\nareas = ["thigh_muscle"]\nclamping_possible = true\n'
+    (tmp_path / "two.toml").write_text(TASK.partition('[[segments]]\nname = "lift"')[0] + also)
+    assert run(["export", "ur10e", "--format", "urscript", "--task", "two.toml", "-o", "x.script"]) in (0, 1)
+    out = " ".join(capsys.readouterr().out.split())
+    assert "every limit holds in every zone, as zones know no segments" in out
+    for area, contact, limit in (("back_of_hand", "transient", "280 N"), ("thigh_muscle", "quasi-static", "220 N")):
+        case = ["export", "ur10e", "--format", "json", "--area", area, "--contact", contact]
+        assert run([*case, "-o", "one.json"]) in (0, 1)
+        assert "every limit holds" not in capsys.readouterr().out
+        zones = json.loads(Path("one.json").read_text())["zones"]
+        alone = sum(zone["speed_to_program_mps"] > 0 for zone in zones)
+        assert f"{alone} of {len(zones)}: {limit}, {contact} contact, {area}" in out
+
+
+def test_a_path_that_is_not_exported_says_which_segment_and_what_to_do(capsys):
+    assert run(["export-path", "kuka-iiwa7-30nm", "press.csv", *HAND, "-o", "x.csv"]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.startswith("nothing is exported: no transient limit may be used")
+    assert "path: no transient limit may be used" in out
+    assert "ask for the quasi-static limit there (--contact quasi-static" in out
+    assert not Path("x.csv").exists()
+
+
+def test_where_the_standards_one_speed_is_not_permitted_stands_beside_its_time(capsys, tmp_path):
+    """In `place` as in `path`, and where a part of the path has no permission at all."""
+    near = ["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "-o", "moved.csv"]
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m,segment\n0,0,0.2,a\n0,0,0.14,b\n-0.1,0,0.2,a\n-0.1,0,0.14,\n")
+    task = TASK.replace('"press"', '"a"').replace('"lift"', '"b"').replace("speed_mps = 0.4", "")
+    (tmp_path / "b.toml").write_text(task)
+    case = [*near[:3], "--task", "b.toml", *near[-4:]]
+    best = result(capsys, *case)
+    found = result(capsys, "path", "ur10e", "moved.csv", "--task", "b.toml")
+    standard = found["cycle_times"][1]["speed_mps"]
+    possible = [piece for piece in found["pieces"] if piece["outcome"] != "no_contact"]
+    slower = sum(piece["length_m"] for piece in possible if piece["speed_to_program_mps"] < standard)
+    assert best["standard_beyond_share"] == pytest.approx(slower / found["length_m"])
+    assert found["standard_beyond_share"] == pytest.approx(best["standard_beyond_share"])
+    assert run(case) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    words = f"the map does not permit {{}}on {100 * best['standard_beyond_share']:.0f} % of the path"
+    assert slower > 0
+    assert f"which {words.format('')}" in out
+    assert words.format("the standard's one speed ") in out
+    partly = result(capsys, "path", "ur10e", "path.csv", *HAND, code=1)
+    refused = sum(piece["length_m"] for piece in partly["pieces"] if not (piece["speed_mps"] or 0) >= standard)
+    assert 0 < partly["standard_beyond_share"] == pytest.approx(refused / partly["length_m"])
+    assert run(["path", "ur10e", "path.csv", *HAND]) == 1
+    assert "the map does not permit the standard's one speed on" in " ".join(capsys.readouterr().out.split())
+
+
+def test_place_writes_the_path_as_it_lies_at_the_best_position(capsys, tmp_path):
+    best = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "-o", "moved.csv")
+    assert best["file"] == "moved.csv"
+    found = result(capsys, "path", "ur10e", "moved.csv", *HAND)
+    assert found["cycle_times"][0]["cycle_time_s"] == pytest.approx(best["best"]["cycle_time_s"], abs=1e-9)
+    (x, _, z), *_ = (piece["from_m"] for piece in found["pieces"])
+    assert (x, z) == pytest.approx((best["best"]["distance_m"], best["best"]["height_m"] + 0.05))
+    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "-o", "moved.csv"]) == 0
+    assert "moved.csv: the path moved there, in the frame of the base" in " ".join(capsys.readouterr().out.split())
+    (tmp_path / "fast.csv").write_text("x_m;y_m;z_m;segment;speed_mps\n0;0;0,05;path;0,5\n0;0;0;path;0,5\n")
+    line = ["place", "ur10e", "fast.csv", *HAND, "--step-m", "0.1"]
+    assert run([*line, "-o", "moved.csv"]) == 0  # an earlier result is replaced
+    assert result(capsys_cleared(capsys), "path", "ur10e", "moved.csv", *HAND, code=1)["too_fast"]
+    for own in ("fast.csv", "press.csv"):
+        before = (tmp_path / own).read_bytes()
+        assert run([*line, "-o", own]) == 2
+        assert "it is not overwritten" in capsys.readouterr().err
+        assert (tmp_path / own).read_bytes() == before
+    (tmp_path / "plane.csv").write_text("distance_m,height_m,time_s\n0,0.05,0\n0,0,1.5\n")
+    assert run(["place", "ur10e", "plane.csv", *HAND, "--step-m", "0.1", "-o", "plane-moved.csv"]) == 0
+    assert fm.read_path("plane-moved.csv").time.tolist() == [0.0, 1.5]
+    capsys.readouterr()
+    none = result(capsys, "place", "kuka-iiwa7-30nm", "table.csv", *HAND, "--step-m", "0.2", "-o", "none.csv", code=1)
+    assert none["file"] is None
+    assert not (tmp_path / "none.csv").exists()
+
+
+def test_the_sheet_of_a_path_advises_no_option_that_it_lacks(capsys):
+    line = ["ur10e", "press.csv", *HAND, "--format", "safety", "-o", "sheet.md"]
+    assert run(["export-path", *line]) in (0, 1)
+    out = capsys.readouterr().out
+    assert "--angle-deg 0" in out
+    assert "--zone-m" not in out
 
 
 def test_a_refused_path_is_a_no_and_invents_no_time(capsys):

@@ -294,6 +294,41 @@ def test_the_weakest_of_both_campaigns_counts(old_map):
     assert not mixed.complete
 
 
+def test_repeats_far_apart_before_are_said_after(old_map, tmp_path):
+    torn = impacts(THIRTY, OLD, 1)
+    force = torn.peak_force.copy()
+    force[0] *= 1.2
+    torn = replace(torn, peak_force=force)
+    (state,) = torn.disagreeing_repeats
+    once = fm.transfer_map(fm.fit_force_map(torn), impacts(TEN, NEW, 2, conditions=CHANGED))
+    fm.write_map(once, tmp_path / "once.json")
+    twice = fm.transfer_map(fm.read_map(tmp_path / "once.json"), impacts(THIRTY, spread(BOX) * 0.99 + 0.004, 5))
+    for force_map in (once, twice):
+        basis = fm.safe_speed(force_map, 0.7, 0.3, limit=280.0, bound=fm.ToleranceBound()).basis
+        (apart,) = [finding for finding in basis.warnings if finding.kind is FindingKind.REPEATS_DISAGREE]
+        assert apart.figure("names") == (f"{state} (of the earlier map)",)
+
+
+@pytest.mark.parametrize(
+    ("then", "now", "said"),
+    [
+        ("2025-03-01", "2026-03-01", None),
+        ("2025-08-01", "2026-03-01", "2025-08-01"),
+        ("2025-08-01", "", "2025-08-01"),
+        ("", "2026-03-01", "2026-03-01"),  # whether it held is not known: as if it had been used now
+    ],
+)
+def test_a_calibration_that_had_expired_then_is_said_one_that_expired_since_is_not(then, now, said):
+    calibrated = replace(CONDITIONS.device, calibrated="2024-06-01")
+    before = replace(CONDITIONS, date=then, device=calibrated)
+    after = replace(CHANGED, date=now, device=replace(calibrated, calibrated="2025-12-01"))
+    old_map = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=before))
+    force_map = fm.transfer_map(old_map, impacts(TEN, NEW, 2, conditions=after))
+    basis = fm.safe_speed(force_map, 0.7, 0.3, limit=280.0, bound=fm.ToleranceBound()).basis
+    expired = [finding for finding in basis.warnings if finding.kind is FindingKind.CALIBRATION_EXPIRED]
+    assert [finding.figure("date") for finding in expired] == ([said] if said else [])
+
+
 def test_simulated_or_unbound_before_is_so_after(old_map):
     simulated = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=replace(CONDITIONS, simulated=True)))
     assert fm.transfer_map(simulated, impacts(TEN, NEW, 2)).simulated

@@ -228,3 +228,22 @@ def test_i_optimal_plans_keep_the_promise_where_places_share_effects(row, full_s
         if row in NONE:
             assert min(share for share, _ in each) >= (0.93 if places is None else 0.90) - (0 if full_size else 0.12)
     print(f"| {row} | {' | '.join(cells)} |", flush=True)
+
+
+WORST_PLACE = {**dict.fromkeys(ROWS, 0.87), "a speed 10 % too low": 0.77, "skewed": 0.68, "growing 1-7 %": 0.63}
+"""Least share of campaigns whose bound holds at the single state of the grid where it holds least; found, less 0.05."""
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_how_often_the_bound_holds_at_the_worst_single_state(row, full_size):
+    """The table "At single places": the promise is for each state where the truth has the form, else for the grid."""
+    found = list(campaigns("ur10e", row, spread, 400 if full_size else 100))
+    query = found[0][0].grid(7, 7, 6)
+    bound = oracle(found[0][1], np.array([each[3].mean(axis=1) for each in found]), query, ALIKE)
+    holds = np.mean(
+        [each[2].share_below(query, above) >= 0.95 for each, above in zip(found, bound, strict=True)], axis=0
+    )
+    print(f"| {row} | {holds.mean():.3f} | {holds.min():.3f} | {100 * np.mean(holds < 0.94):.0f} % |")
+    assert holds.min() > WORST_PLACE[row] - (0 if full_size else 0.06)
+    if row in ("in the form", *SHARED):
+        assert holds.mean() > 0.95

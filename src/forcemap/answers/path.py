@@ -9,6 +9,7 @@ import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
 from forcemap.answers.atlas import AtlasMapAnswer
+from forcemap.arrays import Mask
 from forcemap.findings import Finding, FindingKind
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import BentPath
@@ -38,6 +39,22 @@ class PieceAnswer(Answer):
     too_fast: bool
     outcome: str
     reason: Said
+    governed_by: str
+    map_name: str
+    limit_N: Figure
+
+
+class SlowestAnswer(Answer):
+    """The piece with the lowest allowed speed, of those with permission where contact is possible; the first such one.
+
+    The limit of `governed_by` in the map `map_name` gives that speed; `outcome` as in the pieces.
+    """
+
+    segment: str
+    from_m: list[float]
+    to_m: list[float]
+    outcome: str
+    speed_to_program_mps: float
     governed_by: str
     map_name: str
     limit_N: Figure
@@ -140,6 +157,8 @@ class PathAnswer(AlongAnswer):
     """Allowed speeds along a path; `too_fast` and the lowest speed refer to the pieces with permission.
 
     If `programmed_by_points`, programmed speeds are those of the path's rows, on each motion the faster of its two.
+    `too_fast_by_mean_length_m` is where a timed path is already too fast by the means between its rows.
+    `standard_beyond_share` is on which share of the path the map does not permit the standard's one speed.
     """
 
     permitted: bool
@@ -149,8 +168,11 @@ class PathAnswer(AlongAnswer):
     length_m: float
     refused_length_m: float
     too_fast_length_m: float
+    too_fast_by_mean_length_m: Figure
+    slowest: SlowestAnswer | None
     lowest_speed_mps: Figure = of("constant", "speed")
     cycle_times: list[CycleTimeAnswer]
+    standard_beyond_share: Figure = of("standard_beyond")
     speed_overshoot_mps: float = of("allowance", "speed")
     refusals: list[Refused]
     gaps: list[GapAnswer]
@@ -173,6 +195,8 @@ class PathAnswer(AlongAnswer):
             length_m=float(lengths.sum()),
             refused_length_m=float(lengths[refused].sum()),
             too_fast_length_m=float(lengths[fast].sum()),
+            too_fast_by_mean_length_m=_too_fast_by_mean(speeds, fast),
+            slowest=_slowest(speeds),
             cycle_times=[getattr(speeds, rule) for rule in RULES],
             refusals=_refusals(speeds),
             gaps=_gaps(speeds),
@@ -208,7 +232,8 @@ class PlacesAnswer(AlongAnswer):
     """Cycle times of a task at positions of its table; refusals are those of the position that permits most.
 
     Where none of the positions every `step_m` permits the whole path, those every `finer_step_m` around the one that
-    permits most were looked at, too (null if not); if one of these does, `positions` are these.
+    permits most were looked at, too (null if not); if one of these does, `positions` are these. `file` is the path at
+    the best position, null if none was written.
     """
 
     step_m: float
@@ -218,11 +243,15 @@ class PlacesAnswer(AlongAnswer):
     most_permitted: Position
     sensitivity: list[Shift]
     cycle_times: list[CycleTimeAnswer]
+    standard_beyond_share: Figure
     refusals: list[Refused]
     positions: list[Position]
+    file: str | None = None
 
     @classmethod
-    def of_places(cls, places: TaskPlaces, bound: Any, *, step: float, finer: float | None = None) -> Self:
+    def of_places(
+        cls, places: TaskPlaces, bound: Any, *, step: float, finer: float | None = None, file: str | None = None
+    ) -> Self:
         """The answer for positions of a table, multiples of `step`, or of `finer` if these were looked at [m]."""
         closest, best = places.closest_speeds, places.best_speeds
         grid = np.meshgrid(places.distance, places.height, indexing="ij")
@@ -234,8 +263,10 @@ class PlacesAnswer(AlongAnswer):
             finer_step_m=finer,
             most_permitted=next(place for place in positions if (place.distance_m, place.height_m) == (d, h)),
             cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
+            standard_beyond_share=math.nan if best is None else best.standard_beyond,
             refusals=[] if places.best is not None else _refusals(closest),
             positions=positions,
+            file=file,
             **_rests_on(
                 closest,
                 bound,
@@ -312,6 +343,24 @@ def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
     figures = (path.lengths, speeds.speed, speeds.speed, speeds.contact_speed, speeds.programmed, speeds.too_fast)
     grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.map_name, speeds.limit)
     return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
+
+
+def _slowest(speeds: PathSpeeds) -> SlowestAnswer | None:
+    """The slowest piece with permission where contact is possible; None without one."""
+    possible = np.where(speeds.refused | (speeds.governed_by == ""), np.nan, speeds.speed)
+    if np.isnan(possible).all():
+        return None
+    i = int(np.nanargmin(possible))
+    ends = (speeds.path.points[j].tolist() for j in (i, i + 1))
+    grounds = (getattr(speeds, name)[i] for name in ("governed_by", "map_name", "limit"))
+    columns = (speeds.path.names[i], *ends, str(speeds.outcome[i]), speeds.speed[i], *grounds)
+    return SlowestAnswer(**dict(zip(SlowestAnswer.model_fields, columns, strict=True)))
+
+
+def _too_fast_by_mean(speeds: PathSpeeds, fast: Mask) -> float:
+    """Length [m] of pieces that are too fast by the mean between the rows alone; NaN of an untimed path."""
+    mean = speeds.path.speeds
+    return math.nan if mean is None else float(speeds.path.lengths[fast & (mean > speeds.speed)].sum())
 
 
 def _refusals(speeds: PathSpeeds) -> list[Refused]:

@@ -16,6 +16,11 @@ WARNINGS_NOT_KEPT = (
     "WHAT MUST BE SAID FIRST IS NOT KNOWN: released by an earlier version; see its report, or release anew"
 )
 
+POINTS_NOT_KEPT = (
+    "WHETHER ITS CONTACT POINTS WERE PERMITTED IS NOT KNOWN: released by an earlier version; see its report, or "
+    "release anew"
+)
+
 
 class HeadAnswer(Answer):
     """The newest entry of the audit trail; `noted` is what `verify --head` takes."""
@@ -126,8 +131,9 @@ class ReleaseAnswer(Answer):
     @property
     def rests_on(self) -> str:
         """Its bound, and whether impacts confirmed it."""
-        confirmed = self.speeds is not None and self.speeds.get("confirmed")
-        return f"{self.bound}{', confirmed by measurement' if confirmed else ''}"
+        speeds = self.speeds or {}
+        by = f"{speeds['confirming_impacts']} impacts" if speeds.get("confirming_impacts") else "measurement"
+        return f"{self.bound}{f', confirmed by {by}' if speeds.get('confirmed') else ''}"
 
     @property
     def to_program(self) -> str:
@@ -141,13 +147,16 @@ class ReleaseAnswer(Answer):
         zones = f"{self.speeds['zones_with_a_speed']} of {self.speeds['zones']} zones"
         return (
             f"program at most {low} to {high} m/s in {zones} of the robot's program, the others none (zones hold up to "
-            f"{WIDEST_ANGLE:g} degrees off the map's direction, so they are slower than the report's places)"
+            f"{WIDEST_ANGLE:g} degrees off the map's direction, so they are slower than the report's places; forcemap "
+            "export --format csv lists them)"
         )
 
     @classmethod
     def of(cls, release: Any) -> ReleaseAnswer:
         """The answer from a state of a release."""
         speeds = {"warnings": [WARNINGS_NOT_KEPT], **release.speeds} if release.in_force else None
+        if speeds is not None and "points_not_permitted" not in speeds and WARNINGS_NOT_KEPT not in speeds["warnings"]:
+            speeds["warnings"] = [POINTS_NOT_KEPT, *speeds["warnings"]]
         also = {name: getattr(release, name) for name in cls.model_fields if name not in ("speeds", "why_not")}
         return cls.model_validate({**also, "speeds": speeds, "why_not": release.failed})
 
@@ -182,11 +191,15 @@ class CellAnswer(Answer):
 
     @property
     def standing(self) -> str:
-        """Whether it is in force, else which releases are not, and whether one that is was never confirmed."""
+        """Whether it is in force, else which releases are not; and what was not confirmed or permitted with it."""
         counting = [release for release in self.releases if release.counts]
         in_force = [release for release in counting if release.in_force]
         unconfirmed = any(each.speeds and each.speeds.get("confirmed") is False for each in in_force)
-        said = f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}"
+        speeds = [each.speeds or {} for each in in_force]
+        points = dict.fromkeys(name for each in speeds for name in each.get("points_not_permitted", ()))
+        beside = f", BUT CONTACT POINTS ARE NOT PERMITTED: {', '.join(points)}" if points else ""
+        beside += ", CONTACT POINTS NOT KNOWN" * any("points_not_permitted" not in each for each in speeds)
+        said = f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}{beside}"
         if self.in_force:
             return said
         if not in_force:
@@ -194,6 +207,12 @@ class CellAnswer(Answer):
         lacking = [f"release {each.release} ({each.subject})" for each in counting if not each.in_force]
         more = f" and {len(lacking) - _NAMED} more" * (len(lacking) > _NAMED)
         return f"NOT IN FORCE: {', '.join(lacking[:_NAMED])}{more}; {len(in_force)} of {len(counting)} releases {said}"
+
+    @property
+    def beside_points(self) -> bool:
+        """Whether a release in force names contact points that are not permitted, or does not know of them."""
+        speeds = [each.speeds or {} for each in self.releases if each.counts and each.in_force]
+        return any(each.get("points_not_permitted", True) for each in speeds)
 
     @classmethod
     def of(cls, state: Any, events: Any = ()) -> CellAnswer:

@@ -6,7 +6,8 @@ from forcemap.answers.answer import Answer
 
 
 class SimulationAnswer(Answer):
-    """A simulated campaign; nothing of it is a measurement."""
+    """A simulated campaign; nothing of it is a measurement. `not_simulated` are entries of campaign.toml that the lab
+    has of its own."""
 
     folder: str
     simulated: bool = True
@@ -18,3 +19,4 @@ class SimulationAnswer(Answer):
     beyond_device_range: int
     scenarios: list[str]
     seed: int
+    not_simulated: list[str]

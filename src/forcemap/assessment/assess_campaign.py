@@ -374,8 +374,10 @@ def _fitted(
         told = saying(force_map, confirmed)
     weak = weakness(bound, force_map)
     transfer = force_map.require_fit().transfer
-    first = (*((weak,) if weak else ()), *((*transfer.warnings, *transfer.findings) if transfer else ()))
-    return _Fitted(told, carried, confirmed, first, tuple(doubts_of_fit(force_map)))
+    first = [*([weak] if weak else []), *((*transfer.warnings, *transfer.findings) if transfer else ())]
+    own = present(dataset).conditions.doubts  # said of the campaign; those of an earlier one are the map's
+    first += [doubt for doubt in force_map.conditions.doubts if doubt not in own]
+    return _Fitted(told, carried, confirmed, tuple(first), tuple(doubts_of_fit(force_map)))
 
 
 def _none_confirms(*_: Any) -> ConfirmationResult | None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -87,6 +88,21 @@ class PointResult:
     confirmed_by: tuple[str, ...]
     photograph: Path | None
     pressed: bool = False
+
+    @property
+    def words(self) -> str:
+        """The outcome in words, which tell impacts at the point from those that confirm the map elsewhere.
+
+        For a body part that is held at a transient limit nothing is permitted without a reason that people have.
+        """
+        by_map_alone = self.outcome is PointOutcome.CONFIRMED and not self.point.by_measurements
+        said = "permitted by the confirmed map" if by_map_alone else self.outcome.replace("_", " ")
+        return f"{said}, IF the risk assessment says why" if self.if_reason else said
+
+    @property
+    def if_reason(self) -> bool:
+        """True if it is permitted by a transient limit for a body part that is held."""
+        return self.point.held_as_free and not self.lacks
 
     @property
     def program_at_most(self) -> float:
@@ -276,24 +292,32 @@ def _by_map(
             ways = {"zone": zone, "both": not zone and point.by_measurements}
             ways["here"] = not any(ways.values())
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked, **ways)
-            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact, bound), limit, contact)
+            result, beside = confirmed(limit, contact, bound), _tolerance(conditions).place
+            part = _mapped(float(speeds.speed_to_program[i]), reason, result, point, beside)
             rests_on = (*straight, *part.rests_on, lowest) if part.rests_on else ()
             parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
 
 
 def _mapped(
-    speed: float, reason: Finding, result: ConfirmationResult | None, limit: ForceLimit, contact: Contact
+    speed: float, reason: Finding, result: ConfirmationResult | None, point: ContactPoint, beside: float
 ) -> _Part:
+    """What a speed of the map is worth at a point; impacts no farther than `beside` [m] were made there."""
     if math.isnan(speed):
         return _Part(math.nan, lacks=(reason,))
     if result is not None and result.outcome is Confirmed.DOES_NOT_PASS:
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_NOT_CONFIRMED, result.reason),))
     if result is None or result.outcome is not Confirmed.PASSES:
-        asked = {"area": limit.name, "contact": contact.value}
+        asked = {"area": point.limit.name, "contact": point.contact.value}
         return _Part(speed, (Finding.of(FindingKind.POINT_BY_MAP, speed_mps=float(floor_speed(speed)), **asked),))
     names = tuple(impact.recording for impact in result.impacts)
-    figures = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
+    here = sum(
+        point.distance - beside <= impact.distance <= point.distance_to + beside
+        and point.height - beside <= impact.height <= point.height_to + beside
+        for impact in result.impacts
+    )
+    figures: dict[str, Any] = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
+    figures |= {"here": here or None, "missed": result.bump_missed}
     return _Part(speed, (Finding.of(FindingKind.POINT_CONFIRMED_MAP, **figures),), confirmed_by=names)
 
 

@@ -253,10 +253,18 @@ class Conditions:
         return replace(self, device=replace(self.device, stiffness=stiffness))
 
     def with_device_of(self, earlier: Conditions) -> Conditions:
-        """The same with the device that is good for what both campaigns' devices are good for."""
-        weakest = Device.weakest([self.device, earlier.device])
+        """The same with the device that is good for what both campaigns' devices are good for.
+
+        Each calibration had to hold for its own campaign: the earlier one counts, on its own day, unless it is known to
+        have held then.
+        """
+        weakest, date = Device.weakest([self.device, earlier.device]), self.date
+        if earlier.date and earlier.device.expired(earlier.date):
+            weakest, date = weakest.calibrated_as(earlier.device), earlier.date
+        elif earlier.date:
+            weakest = weakest.calibrated_as(self.device)
         several = (*self.devices, ("of an earlier campaign", earlier.device)) if self.devices else ()
-        return replace(self, device=weakest, devices=several)
+        return replace(self, device=weakest, devices=several, date=date)
 
     def changed_from(self, earlier: Conditions) -> tuple[tuple[str, str, str], ...]:
         """Entry, text then and text now of what an earlier campaign states otherwise; an empty text is "not stated"."""

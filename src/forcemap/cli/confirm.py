@@ -111,6 +111,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
             *(listing("Not measured yet", result.missing) if result.missing else []),
             "",
             f"Rule: {sentence(answer.rule)}",
+            *(_chances(answer) if result.outcome is Confirmed.PASSES else []),
             f"bound: {answer.bound}",
             *after,
         ]

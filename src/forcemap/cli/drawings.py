@@ -79,6 +79,8 @@ class Choices:
         Distance between places [m].
     path, task : str or None
         Files of a path and its task.
+    form : str or None
+        Form of the map that is fitted.
     """
 
     area: str | None = None
@@ -90,6 +92,7 @@ class Choices:
     step: float | None = None
     path: str | None = None
     task: str | None = None
+    form: str | None = None
 
     def limit(self) -> fm.ForceLimit:
         """The limit of the body area.
@@ -112,9 +115,12 @@ class Source:
     ----------
     name : str
         A map file, an impacts table, a campaign's folder, or a published map.
+    form : str or None
+        Form of the map that is fitted; CFM_3D if not given.
     """
 
     name: str
+    form: str | None = None
 
     @cached_property
     def dataset(self) -> fm.ImpactDataset | None:
@@ -126,7 +132,7 @@ class Source:
     def force_map(self) -> fm.ForceMap:
         """The map, fitted if there are impacts."""
         self._require_there()
-        return force_map_from(self.name, None)[0] if self._is_map else fitted(self.name, None)[1]
+        return force_map_from(self.name, self.form)[0] if self._is_map else fitted(self.name, self.form)[1]
 
     @cached_property
     def campaign(self) -> Campaign | None:
@@ -142,7 +148,8 @@ class Source:
             There are none: it is a map.
         """
         if self.dataset is None:
-            raise fm.InputError(f"found the map {self.name}, but {kind} shows impacts; name their table or folder")
+            instead = "name their table or folder, with --form the form of its map"
+            raise fm.InputError(f"found the map {self.name}, but {kind} shows impacts; {instead}")
         return self.dataset
 
     def mapped(self) -> figures.Mapped:
@@ -308,7 +315,8 @@ def _comparison(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     cut["maps_2d"] = [_maps_2d(_states_of(source)) for source in sources]
     if len(sources) == 1 and (dataset := sources[0].dataset) is not None:
         (cut["maps_2d"],), force_map = cut["maps_2d"], sources[0].force_map
-        comparison = fm.compare_force_models(dataset, bound=bound_from(force_map), **models[0])
+        form = fm.form_named(sources[0].form or fm.CFM_3D.name)
+        comparison = fm.compare_force_models(dataset, form=form, bound=bound_from(force_map), **models[0])
         return figures.model_comparison_figure(comparison, dataset, force_map, **models[0], **cut, **size)
     return figures.standard_figure([source.mapped() for source in sources], models=models, **cut, **size)
 
@@ -391,6 +399,7 @@ def _speeds(sources: list[Source], choices: Choices, *, said: list[str], **size:
     if np.isnan(speeds.speeds.speed_to_program).all():
         said.append(f"NO SPEED AT ANY PLACE: {sentence(_commonest(speeds))}")
     said += warnings([speeds.speeds.basis])
+    said += [sentence(note) for note in speeds.speeds.basis.notes if note.kind is fm.FindingKind.NOT_CONFIRMED_YET]
     return figures.safe_speed_figure(speeds, standard=found.standard_speed, **size)
 
 
@@ -463,15 +472,15 @@ _CUT = {"speeds", "distance", "height"}
 _WAYS = {
     Kind.GRID: _Way(_grid, 1),
     Kind.REPEATABILITY: _Way(_repeatability, 1),
-    Kind.PROFILES: _Way(_profiles, 1, frozenset({"speeds"})),
-    Kind.HEIGHTS: _Way(_heights, 3, frozenset({"speeds"})),
-    Kind.WORKSPACE: _Way(_workspace, 1, frozenset({"speeds"})),
-    Kind.RESIDUALS: _Way(_residuals, 1),
-    Kind.COMPARISON: _Way(_comparison, 3, frozenset({"area", "moving_mass", *_CUT})),
+    Kind.PROFILES: _Way(_profiles, 1, frozenset({"speeds", "form"})),
+    Kind.HEIGHTS: _Way(_heights, 3, frozenset({"speeds", "form"})),
+    Kind.WORKSPACE: _Way(_workspace, 1, frozenset({"speeds", "form"})),
+    Kind.RESIDUALS: _Way(_residuals, 1, frozenset({"form"})),
+    Kind.COMPARISON: _Way(_comparison, 3, frozenset({"area", "moving_mass", "form", *_CUT})),
     Kind.EVOLUTION: _Way(_evolution, 4, frozenset({"area"})),
-    Kind.SPEEDS: _Way(_speeds, 1, frozenset({"area", "contact", "step", "moving_mass"})),
-    Kind.TO_MEASURE: _Way(_to_measure, 1, frozenset({"area", "contact", "step", "moving_mass"})),
-    Kind.PATH: _Way(_path, 1, frozenset({"path", "task", "area", "contact"})),
+    Kind.SPEEDS: _Way(_speeds, 1, frozenset({"area", "contact", "step", "moving_mass", "form"})),
+    Kind.TO_MEASURE: _Way(_to_measure, 1, frozenset({"area", "contact", "step", "moving_mass", "form"})),
+    Kind.PATH: _Way(_path, 1, frozenset({"path", "task", "area", "contact", "form"})),
     Kind.PLANAR_POSTURES: _Way(_planar_postures, 0),
     Kind.PLANAR_MASS: _Way(_planar_mass, 0),
 }

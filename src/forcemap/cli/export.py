@@ -16,6 +16,7 @@ import numpy as np
 from typer import Argument, Option
 
 import forcemap as fm
+from forcemap.answers.path import PathAnswer
 from forcemap.campaigns.point_list import POINTS_FILE
 from forcemap.cli import options
 from forcemap.cli.output import (
@@ -30,6 +31,7 @@ from forcemap.cli.output import (
     verdict_first,
     write_result,
 )
+from forcemap.cli.path import refusal_lines
 from forcemap.cli.task_options import (
     Angle,
     LogColumns,
@@ -44,7 +46,7 @@ from forcemap.direction import WIDEST_ANGLE, raised_off_axis
 from forcemap.errors import InputError, one_line
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
-from forcemap.exports.robot_table import ZONE_SIZE, Provenance, RobotTable
+from forcemap.exports.robot_table import Provenance, RobotTable
 from forcemap.exports.safety_proposal import safety_proposal, segments_stopped
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
@@ -117,7 +119,7 @@ def export(
     if one := isinstance(maps, fm.ForceMap):
         zones = fm.robot_table(maps, **case)
         zones = replace(zones, provenance=with_map_file(zones.provenance, source))
-        cells = _grid_lines(zones)
+        cells = [*_limits_alone(zones), *_grid_lines(zones)]
     else:
         zones = directed_tables(maps, task=task, **case)
     result = _result(zones)
@@ -186,6 +188,17 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
     return f"{words}, with the bound raised by {off}{without}"
 
 
+def _limits_alone(zones: RobotTable) -> list[str]:
+    """How many zones each of several limits permits alone; all of them hold everywhere, as zones know no segments."""
+    if len(zones.alone) < 2:
+        return []
+    limits = [sentence(basis.limit_finding) for basis in zones.provenance.bases]
+    return [
+        "every limit holds in every zone, as zones know no segments; zones with a speed by each alone:",
+        *(f"  {count} of {zones.speed_mmps.size}: {limit}" for count, limit in zip(zones.alone, limits, strict=True)),
+    ]
+
+
 def _grid_lines(zones: RobotTable) -> list[str]:
     """The speed to program of every zone, at the middle of the zone."""
     if zones.distance_edges.size > MOST_DISTANCES + 1:
@@ -227,13 +240,13 @@ def date_of_files() -> str | None:
     return time.strftime("%Y-%m-%d", time.gmtime(int(epoch))) if epoch.isdecimal() else None
 
 
-def refused(refusal: fm.Finding, result: dict[str, Any], *, as_json: bool) -> int:
-    """Say why nothing is exported: a program of zeros would only cover an earlier one."""
+def refused(refusal: fm.Finding, result: dict[str, Any], why: Sequence[str] = (), *, as_json: bool) -> int:
+    """Say why nothing is exported, `why` of a path's segments: a program of zeros would only cover an earlier one."""
     outcome = "not_permitted" if refusal.kind is fm.FindingKind.NOT_PERMITTED else "unconfirmed"
     reason = sentence(refusal)
     emit(
         result | {"outcome": outcome, "reason": reason, "written": []},
-        [f"nothing is exported: {reason}"],
+        [f"nothing is exported: {reason}", *why],
         as_json=as_json,
     )
     return 1
@@ -375,16 +388,17 @@ def export_path(
     case: dict[str, Any] = {"bound": used, "allowance": fm.Allowance(speed=overshoot, position=tolerance)}
     limits = limits_of(whole_task, given.table)
     zones = _zones_beside(maps, whole_task, limits, format, angle=angle, **case)
-    if zones.refusal:
-        return refused(zones.refusal, _result(zones), as_json=as_json)
     speeds = fm.path_speeds(maps, tool_path, whole_task, angle=angle, table=given.table, **case)
+    if zones.refusal:
+        why = refusal_lines(PathAnswer.of_path(speeds, used))
+        return refused(zones.refusal, _result(zones), why, as_json=as_json)
     provenance = with_map_file(zones.provenance, source)
     if isinstance(zones, RobotTable) and format is PathFormat.SAFETY:
         zones = replace(zones, provenance=provenance)
         words = _zones_permitted(_permitted(zones, maps, limits), angle, one=True)
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
-        raised = zones_raised(angle, ZONE_SIZE, one=True)
+        raised = zones_raised(angle, _SMALL_ZONE, one=True)  # the size of its zones cannot be stated
         permitted = zones.permitted > 0 and not speeds.refused.any()
         words += ", NOT for this path, which is not permitted everywhere" * bool(speeds.refused.any())
         words += _stops(zones, None, speeds)

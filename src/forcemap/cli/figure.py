@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.cli.options import ContactKind, Json, MovingMass
+from forcemap.cli.options import ContactKind, FormName, Json, MovingMass
 from forcemap.cli.output import emit, verdict_first
 from forcemap.cli.task_options import figures as numbers
 from forcemap.errors import UnknownName
@@ -79,6 +79,7 @@ def figure(
     step: Annotated[float | None, Option("--step-m", help="Distance between places [m]; default 0.05.")] = None,
     path: Annotated[str | None, Option("--path", help="For path: the file of the path (CSV).")] = None,
     task: Annotated[str | None, Option("--task", help="For path: the task file.")] = None,
+    form: FormName = None,
     as_json: Json = False,
 ) -> None:
     """Draw one figure of a campaign, a table or a map into a file.
@@ -93,19 +94,12 @@ def figure(
     if kind not in [*Kind]:
         raise UnknownName("figure", kind, [each.value for each in Kind])
     target, (wide, larger) = figure_target(output), drawn_width(width)
-    choices = Choices(
-        area=area,
-        contact=contact,
-        speeds=None if speeds is None else tuple(numbers("speeds", speeds)),
-        distance=distance,
-        height=height,
-        moving_mass=moving_mass,
-        step=step,
-        path=path,
-        task=task,
-    )
+    shown = None if speeds is None else tuple(numbers("speeds", speeds))
+    cut: dict[str, Any] = {"speeds": shown, "distance": distance, "height": height}
+    files: dict[str, Any] = {"path": path, "task": task, "form": form}
+    choices = Choices(area=area, contact=contact, moving_mass=moving_mass, step=step, **cut, **files)
     said: list[str] = []
-    drawn = draw(Kind(kind), sources := [Source(name) for name in source or []], choices, width=wide, said=said)
+    drawn = draw(Kind(kind), sources := [Source(name, form) for name in source or []], choices, width=wide, said=said)
     write_atomically(target, figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger))
     size = [round(1000 * larger * side * 0.0254, 1) for side in drawn.get_size_inches().tolist()]
     differs, notes = unlike(Kind(kind), sources, choices), left_out(Kind(kind), sources, choices)

@@ -37,7 +37,7 @@ from forcemap.cli.output import (
 from forcemap.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import bent_path
-from forcemap.paths.path_file import PATH_COLUMNS, path_csv
+from forcemap.paths.path_file import MADE, moved_csv, path_csv
 from forcemap.paths.table_positions import TaskPlaces, table_positions
 from forcemap.words import sentence
 
@@ -89,7 +89,7 @@ def path(
     speeds = path_speeds(maps, tool_path, whole_task, **case)
     bent = bent_path(maps, tool_path, whole_task, **case) if suggest else None
     if suggest and bent and bent.bent:
-        write_result(suggest, path_csv(bent.path), mark=PATH_COLUMNS)
+        write_result(suggest, path_csv(bent.path), mark=MADE)
     answer = PathAnswer.of_path(speeds, used, bent=bent)
     emit(answer, path_lines(answer, file, suggest, angle=angle), as_json=as_json)
     return 1 if speeds.too_fast.any() else 0
@@ -109,6 +109,10 @@ def place(
     bound: options.BoundOption = None,
     margin: options.Margin = None,
     device_spring: options.DeviceSpring = None,
+    output: Annotated[
+        str | None,
+        Option("-o", "--output", metavar="CSV", help="Write the path as it lies at the best position, for path."),
+    ] = None,
     as_json: options.Json = False,
 ) -> int:
     """Find where to put the table: the cycle time of a task at every position in the measured range.
@@ -131,7 +135,9 @@ def place(
     if finer := places.finer_step(step):
         closer = _placed(maps, tool_path, whole_task, finer, around=places.most_permitted[:2], **case)
         places = places if closer.best is None else closer
-    answer = PlacesAnswer.of_places(places, used, step=step, finer=finer)
+    if output and places.best:
+        write_result(output, moved_csv(file, *places.best[:2]), mark=MADE)
+    answer = PlacesAnswer.of_places(places, used, step=step, finer=finer, file=output if places.best else None)
     emit(answer, places_lines(answer), as_json=as_json)
     return 1 if places.best is None else 0
 
@@ -166,7 +172,8 @@ _ROUNDING = 1e-6
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
-    "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (--suggest FILE.csv tries it), "
+    "no_map": "no map: measure what is missing (forcemap path lists directions, unless the task states another), bend "
+    "the path (--suggest FILE.csv tries it), "
     "or say so in a task file (--task) with contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance ({inside}), or measure "
     "there",
@@ -210,7 +217,8 @@ def path_lines(
         rows.append([name, length, where, outcome, allowed, _programmed(pieces), by])
         if not speeds:
             reasons.append(f"{name}, {where}: no permission, {reason}")
-    header = ["segment", "length m", "d, h m", "outcome", "to program m/s", "programmed", "governed by"]
+    programmed = "programmed, at most" if answer.timed else "programmed"
+    header = ["segment", "length m", "d, h m", "outcome", "to program m/s", programmed, "governed by"]
     return [
         *speed_first(_verdict(answer), answer),
         *reasons,
@@ -223,11 +231,17 @@ def path_lines(
         *([sentence(task_options.path_raised())] if raised_off_axis(angle) > 1 else []),
         *table(header, rows),
         *(_too_fast(answer) if answer.too_fast else []),
+        *_slowest(answer),
         "",
         *_cycle_lines(answer, refused=not answer.permitted),
         f"bound: {bound_words(answer.bound)}",
         *assumes(answer),
     ]
+
+
+def refusal_lines(answer: PathAnswer) -> list[str]:
+    """Which segments have no permission and why, and what can be done about it."""
+    return [*(f"  {each.segment}: {each.reason}" for each in answer.refusals), *_hints(answer, answer.refusals)]
 
 
 def gap_lines(gaps: Sequence[GapAnswer], *, suggest: bool = False) -> list[str]:
@@ -307,6 +321,18 @@ def _too_fast(answer: PathAnswer) -> list[str]:
     return lines
 
 
+def _slowest(answer: PathAnswer) -> list[str]:
+    """Where the lowest allowed speed is, and what gives it; nothing without a speed."""
+    if (piece := answer.slowest) is None:
+        return []
+    of_map = f" in {piece.map_name}" if len(answer.maps) > 1 else ""
+    capped = ", capped at the highest speed measured there" if piece.outcome == "capped" else ""
+    return [
+        f"slowest: {shown(piece.speed_to_program_mps)} m/s on {piece.segment} from {_place(piece.from_m)} to "
+        f"{_place(piece.to_m)}: {piece.limit_N:g} N, {piece.governed_by}{of_map}{capped}"
+    ]
+
+
 def _programmed(pieces: list[PieceAnswer]) -> str:
     """The programmed speeds of pieces, from the slowest on: each is compared with its own allowed one."""
     speeds = [piece.programmed_speed_mps for piece in pieces if piece.programmed_speed_mps is not None]
@@ -326,7 +352,8 @@ def _verdict(answer: PathAnswer) -> str:
     if answer.too_fast:
         share = _share(answer.too_fast_length_m, answer)
         verdicts.append(
-            f"TOO FAST where marked !, on {share} of the path: slow down to the allowed speed there{_slowed(answer)}"
+            f"TOO FAST where marked !, on {share} of the path{_by_mean(answer)}: slow down to the allowed speed "
+            f"there{_slowed(answer)}"
         )
     allowed, standard, *_ = answer.cycle_times
     times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
@@ -338,15 +365,23 @@ def _verdict(answer: PathAnswer) -> str:
     return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
 
 
-def _standard(answer: PathAnswer) -> str:
+def _by_mean(answer: PathAnswer) -> str:
+    """Where a timed path is too fast by its means already: what else is too fast, rows closer in time may clear."""
+    by_mean = answer.too_fast_by_mean_length_m
+    if by_mean is None or by_mean > 0.999 * answer.too_fast_length_m:
+        return ""
+    where = f"on {_share(by_mean, answer)} of it" if by_mean else "nowhere"
+    return f" ({where} by the mean between rows, else by what rows so far apart in time leave possible: log more often)"
+
+
+def _standard(answer: PathAnswer | PlacesAnswer) -> str:
     """The standard's one speed, and where the map does not permit it."""
-    speed = answer.cycle_times[1].speed_mps
-    words = "at the standard's one speed"
-    if speed is None:
-        return words
-    slower = sum(each.length_m for each in answer.pieces if each.governed_by and (each.speed_mps or 0.0) < speed)
-    beyond = f", which the map does not permit on {_share(slower, answer)} of the path" if slower else ""
-    return f"{words}{beyond}"
+    return f"at the standard's one speed{_beyond(', which the map does not permit on {} of the path', answer)}"
+
+
+def _beyond(words: str, answer: PathAnswer | PlacesAnswer) -> str:
+    """Words with the share of the path on which the map does not permit the standard's one speed; empty without any."""
+    return words.format(_percent(answer.standard_beyond_share)) if answer.standard_beyond_share else ""
 
 
 def _slowed(answer: PathAnswer) -> str:
@@ -358,8 +393,11 @@ def _slowed(answer: PathAnswer) -> str:
 
 
 def _share(length: float, answer: PathAnswer) -> str:
-    percent = 100 * length / answer.length_m
-    return "less than 1 %" if percent < 1 else f"{percent:.0f} %"
+    return _percent(length / answer.length_m)
+
+
+def _percent(share: float) -> str:
+    return "less than 1 %" if share < 0.01 else f"{100 * share:.0f} %"
 
 
 def _hints(answer: AlongAnswer, refusals: Sequence[Refused]) -> list[str]:
@@ -408,7 +446,7 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         verdict = f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m"
         _, standard, *_ = answer.cycle_times
         if standard.cycle_time_s is not None:
-            verdict += f", {standard.cycle_time_s:.3f} s at the standard's one speed"
+            verdict += f", {standard.cycle_time_s:.3f} s {_standard(answer)}"
         if answer.finer_step_m is not None:
             verdict += f"; on a grid of {answer.finer_step_m:g} m, since one of {answer.step_m:g} m has none"
         lines = [
@@ -424,6 +462,8 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"
             lines.append(f"  moved by {shift.distance_shift_m:+.3f} m, {shift.height_shift_m:+.3f} m: {cost}")
+        if answer.file:
+            lines.append(f"{answer.file}: the path moved there, in the frame of the base, with its times or speeds")
         lines += ["", "at the best position", *_cycle_lines(answer, refused=False)]
     return [*lines, "", *_positions(answer), f"bound: {bound_words(answer.bound)}", *assumes(answer)]
 
@@ -451,6 +491,11 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
         rows.append([row.rule, shown(row.speed_mps), *("-" if t is None else f"{t:.3f} s" for t in parts)])
     most = f"at most {answer.acceleration_mps2:g} m/s^2"
     lines = table([f"cycle time at ({most})", "m/s", "whole path", "permitted part"], rows)
+    lines += (
+        [beyond]
+        if (beyond := _beyond("the map does not permit the standard's one speed on {} of the path", answer))
+        else []
+    )
     if answer.timed:
         own = "--acceleration-mps2, or acceleration_mps2 in the task"
         lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")

@@ -18,19 +18,24 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.cli.drawings import Choices, Kind, Source, draw
 from forcemap.cli.figure import WidthOption, drawn_width
-from forcemap.cli.options import Json, MovingMass
+from forcemap.cli.options import FormName, Json, MovingMass
 from forcemap.cli.output import Progress, emit
 from forcemap.cli.publication_tables import tables_of
 from forcemap.files import new_folder, read_bytes, sha256, write_atomically
 from forcemap.maps.map_file import map_text
 from forcemap.speeds.basis import doubts_of_fit
-from forcemap.words import sentences
+from forcemap.words import sentence, sentences
 
 _PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
 _PAPERS_AUTHORS = (("Svarny", "Petr"), ("Rozlivek", "Jakub"), ("Rustler", "Lukas"), ("Hoffmann", "Matej"))
 _NO_AUTHOR = "authors not stated: write them here"
 _KINDS = (Kind.GRID, Kind.HEIGHTS, Kind.PROFILES, Kind.WORKSPACE, Kind.RESIDUALS, Kind.REPEATABILITY)
 _SUMS = "SHA256SUMS"
+_SPEEDS_BY = "| `tables/speeds-*.csv` | `forcemap speed-map data{} --area AREA --contact CONTACT -o FILE` |"
+_OF_AREA = (
+    "; speeds and `comparison` are for that body area, `speeds-transient` and `speeds-quasi-static` for the contact "
+    "that they name"
+)
 
 
 def publication(
@@ -39,6 +44,7 @@ def publication(
     area: Annotated[
         str | None, Option("--area", help="Body area; without it neither the standard's model nor safe speeds.")
     ] = None,
+    form: FormName = None,
     moving_mass: MovingMass = None,
     author: Annotated[
         list[str] | None, Option("--author", help="For CITATION.cff; several times. Default: the campaign's operator.")
@@ -55,10 +61,12 @@ def publication(
     """
     if output is None:
         raise fm.InputError("output: expected -o FOLDER, a new one")
+    if folder.lower().endswith(".json"):
+        raise fm.InputError("found a map, expected the folder or table of its impacts, and --form", file=folder)
     size = drawn_width(width)
     with TemporaryDirectory() as passing:
         campaign = _as_folder(folder, passing)
-        inputs, source = [file.path for file in campaign_inputs(campaign)], Source(campaign)
+        inputs, source = [file.path for file in campaign_inputs(campaign)], Source(campaign, form)
         dataset, force_map = source.impacts(Kind.GRID), source.force_map
         target = new_folder(output)  # before anything is drawn
         tables, left_out, no_speed = tables_of(source, Choices(area=area, moving_mass=moving_mass if area else None))
@@ -74,10 +82,11 @@ def publication(
                 except fm.ForcemapError as error:
                     left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
-    first = [line for line in sentences([dataset.binding.reason or "", *doubts_of_fit(force_map)]) if line]
+    first = [line for line in sentences([dataset.binding.reason or "", *_doubts(force_map)]) if line]
     mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
-    options = [f"--area {area}" if area else "no --area", *mass, f"--width {width}", *["--grey"] * grey]
-    parts["README.md"] = _readme(dataset, first, parts, left_out, no_speed, options).encode()
+    of_form = [f"--form {form}"] * bool(form)
+    options = [f"--area {area}" if area else "no --area", *of_form, *mass, f"--width {width}", *["--grey"] * grey]
+    parts["README.md"] = _readme(dataset, force_map, first, parts, left_out, no_speed, options).encode()
     parts[_SUMS] = "".join(f"{sha256(data)}  {name}\n" for name, data in sorted(parts.items())).encode()
     for name, data in parts.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
@@ -93,6 +102,12 @@ def publication(
     ]
     lines += [f"CITATION.cff says: {_NO_AUTHOR}"] if _NO_AUTHOR in parts["CITATION.cff"].decode() else []
     emit(said | {"simulated": dataset.simulated}, lines, as_json=as_json)
+
+
+def _doubts(force_map: fm.ForceMap) -> list[fm.Finding]:
+    """What must be said of a map before anything that rests on it."""
+    transfer = force_map.require_fit().transfer
+    return [*(transfer.warnings if transfer else ()), *doubts_of_fit(force_map), *force_map.conditions.doubts]
 
 
 def _as_folder(named: str, passing: str) -> str:
@@ -161,6 +176,7 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
 
 def _readme(
     dataset: fm.ImpactDataset,
+    force_map: fm.ForceMap,
     first: list[str],
     parts: Iterable[str],
     left_out: dict[str, str],
@@ -168,16 +184,19 @@ def _readme(
     options: list[str],
 ) -> str:
     """What is in the folder, and how each part is made again; `first` is what speaks against the table and its map."""
+    chosen = "".join(f" {option}" for option in options if option.startswith("--form"))
+    tested = force_map.form_test
+    fits = f": {sentence(tested.finding)}" if tested else ""
     conditions = dataset.conditions
     error = conditions.speed_error
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
-    tested = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
+    counts = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
     again = [
-        f"Of the {tested[0]} states of role test, {tested[0] - tested[1]} are training states measured again: "
-        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {tested[1]} "
+        f"Of the {counts[0]} states of role test, {counts[0] - counts[1]} are training states measured again: "
+        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {counts[1]} "
         "(less those wholly above the device range) and with all."
     ]
-    again *= tested[0] > tested[1]
+    again *= counts[0] > counts[1]
     files = [name.removeprefix("data/") for name in parts if name.startswith("data/")]
     data = ", ".join(dict.fromkeys(f"`{name.partition('/')[0]}{'/' * ('/' in name)}`" for name in sorted(files)))
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
@@ -190,15 +209,15 @@ def _readme(
         "| what | made by |",
         "|---|---|",
         f"| `data/` | the campaign as it was measured: {data} |",
-        "| `map.json` | `forcemap fit data -o map.json` |",
-        "| `tables/dataset.csv`, `states.csv`, `coefficients.csv` | `forcemap fit data --json` |",
-        "| `tables/accuracy.csv` | `forcemap evaluate data --json` and `forcemap compare data --json` |",
-        "| `tables/speeds-*.csv` | `forcemap speed-map data --area AREA --contact CONTACT -o FILE` |",
-        "| `figures/` | `forcemap figure KIND data -o FILE` |",
+        f"| `map.json` | `forcemap fit data{chosen} -o map.json` |",
+        f"| `tables/dataset.csv`, `states.csv`, `coefficients.csv` | `forcemap fit data{chosen} --json` |",
+        f"| `tables/accuracy.csv` | `forcemap evaluate data{chosen} --json`, `forcemap compare data{chosen} --json` |",
+        *([] if "no --area" in options else [_SPEEDS_BY.format(chosen)]),
+        f"| `figures/` | `forcemap figure KIND data{chosen} -o FILE`; grid, repeatability and evolution have no form |",
         f"| `{_SUMS}` | `sha256sum -c {_SUMS}` |",
         "",
-        f"Made with {', '.join(options)}; speeds and `comparison` are for that body area, `speeds-transient` and "
-        "`speeds-quasi-static` for the contact that they name.",
+        f"Form of the map: {force_map.form.name}{fits}; `forcemap evaluate data --forms` compares it with others.",
+        f"Made with {', '.join(options)}{'' if 'no --area' in options else _OF_AREA}.",
         "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
         f"error ({less}): to these the map is fitted, and figures and other tables show them.",
         "In `dataset.csv`, `impacts_used` counts those below the device range; a map has those above it, too, as at "

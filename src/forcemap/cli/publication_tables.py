@@ -68,7 +68,7 @@ def _compared(
     """The models beside the map, and what is left out why: the standard's needs a body area and a moving mass."""
     file = "tables/accuracy.csv"
     try:
-        _, models = compared_maps(dataset)
+        _, models = compared_maps(dataset, fm.form_named(source.form or fm.CFM_3D.name))
     except fm.ForcemapError as error:
         return [], {f"{file}, other models": error.message}
     try:

@@ -367,7 +367,9 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
     parts += [f"NO SPEED for {', '.join(without)}"] if without else []
     if not isinstance(assessment.points, Missing) and assessment.points:
         count = sum(not result.lacks for result in assessment.points)
-        parts.append(f"{count} of {counted(len(assessment.points), 'contact point')} permitted")
+        held = sum(result.if_reason for result in assessment.points)
+        why = f", {held} of them IF the risk assessment says why" if held else ""
+        parts.append(f"{count} of {counted(len(assessment.points), 'contact point')} permitted{why}")
     return "; ".join(parts) or "NO SPEED: no limit was asked for"
 
 
@@ -390,7 +392,8 @@ def _limit_line(part: PlaceSpeeds) -> str:
 
 
 def _permitted(part: PlaceSpeeds) -> str:
-    return f"confirmed by {len(part.confirmed_by)} impacts" if part.confirmed_by else BY_MAP_ALONE
+    by = f"permitted by the map, which {len(part.confirmed_by)} impacts confirm"
+    return by if part.confirmed_by else BY_MAP_ALONE
 
 
 def _point_lines(assessment: fm.CampaignAssessment) -> list[str]:
@@ -399,8 +402,7 @@ def _point_lines(assessment: fm.CampaignAssessment) -> list[str]:
         return ["contact points: NONE PERMITTED, their list cannot be used"]
     lines = []
     for result in assessment.points:
-        words = result.outcome.replace("_", " ")
-        said = f"{words}: {sentence(result.lacks[0])}" if result.lacks else f"{words}, program at most "
+        said = f"{result.words}: {sentence(result.lacks[0])}" if result.lacks else f"{result.words}, program at most "
         said += "" if result.lacks else f"{fm.floor_speed(result.speed)} m/s"
         lines.append(f"contact point {result.point.name}: {said}")
     return lines

@@ -115,6 +115,8 @@ class RobotTable:
         The force limit that gives the lowest speed [N].
     provenance : Provenance
         What the speeds rest on.
+    alone : tuple of int
+        Zones that would have a speed by each limit alone, in the order of `provenance.bases`.
     """
 
     distance_edges: FloatArray
@@ -126,6 +128,7 @@ class RobotTable:
     spread: FloatArray
     limit: FloatArray
     provenance: Provenance
+    alone: tuple[int, ...]
 
     @property
     def refusal(self) -> Finding | None:
@@ -220,7 +223,8 @@ def robot_table(
     millimetres = np.array([_floored(value) for value in strictest("speed_to_program").ravel()]).reshape(shape)
     spread, limit_N = strictest("spread").astype(np.float64), strictest("limit").astype(np.float64)
     head = provenance(force_map, speeds, bound, allowance, date)
-    return RobotTable(edges[0], edges[1], millimetres, outcome, reason, lowest, spread, limit_N, head)
+    alone = tuple(sum(_floored(value) > 0 for value in zone.speed_to_program) for zone in speeds)
+    return RobotTable(edges[0], edges[1], millimetres, outcome, reason, lowest, spread, limit_N, head, alone)
 
 
 def provenance(

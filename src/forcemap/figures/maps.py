@@ -197,7 +197,15 @@ def workspace_figure(
     axes.view_init(elev=18, azim=-58)
     axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 1.05)  # its labels need room
     colour_bar(axes, ScalarMappable(scale, QUANTITY), f"Predicted {FORCE[0].lower()}{FORCE[1:]}")
-    return finish(figure, simulated=measured.simulated, room=Room(left=-26.0, right=26.0))
+    bare = [f"{speed:.2f}" for speed, force in zip(ticks[2], slices, strict=True) if not _has_area(force)]
+    first = [f"No slice at {', '.join(bare)} m/s: the measured range has no area there"] * bool(bare)
+    return finish(figure, simulated=measured.simulated, first=first, room=Room(left=-26.0, right=26.0))
+
+
+def _has_area(force: Any) -> bool:
+    """Whether masked forces, shape (n, m), fill more than a line: three corners of a square between neighbours."""
+    known = (~np.ma.getmaskarray(force)).astype(int)
+    return bool(np.any(known[1:, 1:] + known[1:, :-1] + known[:-1, 1:] + known[:-1, :-1] >= 3))
 
 
 def _clear(places: Sequence[float]) -> list[float]:

@@ -25,6 +25,8 @@ from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, 
 EARLIER_MAP = "maps/earlier.json"
 """Where a campaign's folder holds the map that its few states carry over; `plan --transfer` puts it there."""
 
+_EARLIER = " (of the earlier map)"
+
 
 def campaign_map(
     folder: str | Path,
@@ -142,7 +144,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
             test=dataset.test.states,
             slower=dataset.slower_train.states.and_(_named_for(old_map)),
             at_points=states_at_points(dataset),
-            disagreeing=tuple(dataset.disagreeing_repeats),
+            disagreeing=(*(_of_earlier(name) for name in old.disagreeing), *dataset.disagreeing_repeats),
             left_out=left_out,
             between_states=joint.regression,
             place_effect=joint.place_effect,
@@ -158,6 +160,11 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         unmapped=_pressure_lost(dataset) if pressures else None,
         source=f"carried over from {old_map.name} by {dataset.source or 'arrays'}",
     )
+
+
+def _of_earlier(state: str) -> str:
+    """A state of an earlier campaign, as a doubt of the map that is carried over names it."""
+    return f"{state.removesuffix(_EARLIER)}{_EARLIER}"
 
 
 def _named_for(old_map: ForceMap) -> States:

@@ -57,7 +57,7 @@ def map_gaps(speeds: PathSpeeds) -> tuple[Gap, ...]:
     """The maps that a path lacks, those that cover most first.
 
     Directions are chosen one after the other, each so that it covers most of what is left; at most seven for each
-    contact site.
+    contact site. Where the task states a direction, that one alone: other directions are its to allow, not the maps'.
 
     Parameters
     ----------
@@ -65,15 +65,13 @@ def map_gaps(speeds: PathSpeeds) -> tuple[Gap, ...]:
         Speeds along the path.
     """
     matched, lengths = speeds.matched, speeds.path.lengths
-    if matched.stated:  # other directions are the task's to allow, not the maps'
-        return ()
     saved = _saved_per_metre(speeds)
     found = []
     for need, held in matched.held.items():
         left = np.array([need in needs for needs in matched.needs]) & ~held
         measured = [each.direction for each in speeds.atlas.maps if each.loaded == need]
         for _ in range(_MOST):
-            words = _widest(speeds, left, measured) if left.any() else ""
+            words = (matched.stated or _widest(speeds, left, measured)) if left.any() else ""
             if not words:
                 break
             covers = left & (speeds.path.angles_from(direction_vector(words, whose="a gap")) <= matched.angle)

@@ -14,7 +14,7 @@ from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.csv_table import Table, csv_text, read_table
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
-from forcemap.errors import InputError, TableError
+from forcemap.errors import InputError, TableError, one_line
 from forcemap.files import read_bytes
 from forcemap.paths.pose_log import read_pose_log
 from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ONE_SEGMENT, ToolPath
@@ -180,11 +180,41 @@ def _path_through(
         raise InputError(error.message, file=file) from None
 
 
+MADE = "made by forcemap"
+"""What stands above a path that was written here, so that no other file is replaced."""
+
+
+def moved_csv(file: str, distance: float, height: float) -> str:
+    """The text of a path file moved outwards and in height [m], with everything else that it states, times and speeds.
+
+    Raises
+    ------
+    InputError
+        The file states no positions, as one of joint angles; `TableError` as `read_path`.
+    """
+    table = read_table(read_bytes(file), file, what="point", remarked=True)
+    table = table.with_decimal_points([name for name in table.columns if name != "segment"])
+    moved = dict(table.columns)
+    if not (places := moved.keys() & _MOVED.keys()):
+        raise InputError(f"found no positions to move, expected {listed([*_MOVED])}", file=file)
+    for name in places:
+        shift = _MOVED[name] * np.array([distance, height])
+        moved[name] = [repr(round(x + float(shift.sum()), 9)) for x in table.numbers(name, required=True)]
+    said = f"# {MADE}: {one_line(Path(file).name)} moved by {distance:g} m outwards and {height:g} m up"
+    return f"{said}\n{csv_text(moved)}"
+
+
+_OUTWARDS, _UP = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+_MOVED = dict.fromkeys(("x_m", "distance_m", *PIECE_PLACES[::3]), _OUTWARDS)
+_MOVED |= dict.fromkeys(("z_m", "height_m", *PIECE_PLACES[2::3]), _UP)
+"""Columns that move with the table, and which way."""
+
+
 def path_csv(path: ToolPath) -> str:
     """The text of a path file, positions to 1e-6 m; without the times or speeds that the path states."""
     rows = zip(path.points.tolist(), (*path.names, path.names[-1]), strict=True)
     columns = list(zip(*((*(f"{round(x, 6) + 0.0:.6f}" for x in point), name) for point, name in rows), strict=True))
-    return csv_text(dict(zip(PATH_COLUMNS.split(","), map(list, columns), strict=True)))
+    return f"# {MADE}\n{csv_text(dict(zip(PATH_COLUMNS.split(','), map(list, columns), strict=True)))}"
 
 
 def _check_columns(table: Table, layout: tuple[str, ...]) -> None:

@@ -164,6 +164,15 @@ class PathSpeeds:
             return self.refused | (self.programmed > self.speed * (1 + _SPEED_ROUNDING))
 
     @property
+    def standard_beyond(self) -> float:
+        """Share of the path's length on which the standard's one speed is not permitted by the map; NaN without one."""
+        if math.isnan(self.standard.speed):
+            return math.nan
+        possible = np.array([outcome is not PieceOutcome.NO_CONTACT for outcome in self.outcome])
+        beyond = possible & ~(self.speed >= self.standard.speed)
+        return float(self.path.lengths[beyond].sum() / self.path.lengths.sum())
+
+    @property
     def commanded(self) -> FloatArray:
         """Speed [m/s] for a robot that changes its speed piece by piece, shape (n,); 0 where none is permitted.
 

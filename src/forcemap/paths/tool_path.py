@@ -91,7 +91,8 @@ class ToolPath:
         if np.any(self.lengths < _STANDING):
             i = int(np.argmax(self.lengths < _STANDING))
             raise InputError(
-                f"path: points {i + 1} and {i + 2} are the same place; a piece without length has no speed"
+                f"path: points {i + 1} and {i + 2} are the same place; a piece without length has no speed: take one "
+                "out, or state the times, with which it is a wait"
             )
         if len(self.names) != len(self.points) - 1:
             raise InputError("path: expected one segment name for each piece")

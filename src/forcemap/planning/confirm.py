@@ -122,12 +122,15 @@ class ConfirmationResult:
     outcome : Confirmed
     reason : Finding
         Why.
+    bump_missed : float
+        1 less `bump_detected` of the plan: how often impacts like these do not see it; NaN if it is unknown.
     """
 
     impacts: tuple[ConfirmingImpact, ...]
     missing: tuple[str, ...]
     outcome: Confirmed
     reason: Finding
+    bump_missed: float = math.nan
 
 
 _Checked = tuple[bool | None, Finding]  # whether a recording is within its limit, and why
@@ -267,7 +270,8 @@ class ConfirmationPlan:
             planned = replace(self, plan=self.plan.select(before), added=none, replaced=none)
             planned = replace(planned, released=self.released[before], bound_force=self.bound_force[before])
         names = tuple(self.plan.recording[missing].tolist())
-        return replace(planned, result=ConfirmationResult(tuple(judged), names, outcome, reason))
+        result = ConfirmationResult(tuple(judged), names, outcome, reason, 1 - self.bump_detected)
+        return replace(planned, result=result)
 
 
 def _overall(

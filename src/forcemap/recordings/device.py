@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 
 import numpy as np
@@ -108,6 +108,10 @@ class Device:
             return stated_date("device calibration_expires", self.calibration_expires)
         calibrated = stated_date("device calibrated", self.calibrated) if self.calibrated else date.max
         return _a_year_after(calibrated)
+
+    def calibrated_as(self, other: Device) -> Device:
+        """The same with another one's dates of calibration."""
+        return replace(self, calibrated=other.calibrated, calibration_expires=other.calibration_expires)
 
     @classmethod
     def weakest(cls, devices: Sequence[Device]) -> Device:

@@ -76,12 +76,13 @@ class Action:
         self._next: dict[str, int] = {}
 
     def add(self, table: Table, **values: Any) -> int:
-        """Add a row; its number."""
+        """Add a row, minus zero as zero: not every database keeps it, and the hash would differ; the row's number."""
         if table.name not in self._next:
             self._next[table.name] = (self.connection.execute(select(func.max(table.c.id))).scalar() or 0) + 1
         number = self._next[table.name]
         self._next[table.name] += 1
-        self._rows.setdefault(table.name, []).append({"id": number, **values, "entry": self.entry})
+        kept = {name: value + 0.0 if isinstance(value, float) else value for name, value in values.items()}
+        self._rows.setdefault(table.name, []).append({"id": number, **kept, "entry": self.entry})
         return number
 
     def done(self, action: str, subject: str, **figures: Any) -> Head:

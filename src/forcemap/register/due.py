@@ -1,4 +1,5 @@
-"""What is due: releases that do not hold, end or were never confirmed, cells without one, calibrations."""
+"""What is due: releases that do not hold, end, were never confirmed, are simulated or stand beside refused points,
+cells without one, calibrations."""
 
 from __future__ import annotations
 
@@ -41,6 +42,11 @@ def what_is_due(register: Register, *, within: int = DUE_WITHIN) -> tuple[Due, .
                 continue
             if release.confirmed is False:
                 found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_UNCONFIRMED),)))
+            if release.simulated:
+                found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_SIMULATED),)))
+            if points := release.points_refused:
+                beside = Finding.of(FindingKind.RELEASE_POINTS_REFUSED, points=", ".join(points))
+                found.append(Due(state.cell, release.release, (beside,)))
             if (days := _days(today, release.valid_until or today)) <= within:
                 figures = {"until": release.valid_until, "days": days}
                 found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_ENDS, **figures),)))

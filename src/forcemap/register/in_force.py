@@ -157,7 +157,7 @@ def _changed(name: str, release: Released, facts: Sequence[Fact]) -> list[Findin
     other = next((fact for fact in (*then, *since) if fact.value != was), None)
     if other is None:
         return []
-    figures = {"was": was, "now": other.value, "since": other.since[:10]}
+    figures = {"was": was, "now": other.value, "since": other.since[:10], "back": ordered[-1].value == was or None}
     return [Finding.of(FindingKind.RELEASE_CONDITION_CHANGED, entry=name, **figures)]
 
 

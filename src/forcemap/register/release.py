@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,13 +65,14 @@ class ReleaseEntered:
 
 @dataclass(frozen=True, eq=False)
 class _Speeds:
-    """What is released: speeds with the limit and bound that they rest on."""
+    """What is released: speeds with the limit, the bound and the form of the map that they rest on; no form without."""
 
     subject: str
     limits: _Limits
     bound: str
     speeds: dict[str, Any]
     map_sha256: str | None
+    form: str
 
 
 def release(
@@ -126,11 +128,14 @@ def release(
     content = read_content(folder)
     written = Path(report) if report else content.folder / REPORT_FILE
     found = _of_point(content, point) if point else _of_workspace(content, limits, task)
-    _require_report(written, content, found.limits)
-    values = _values(content, found, file_sha256(written)) | {"valid_until": until}
+    refused = _require_report(written, content, found)
+    if point in refused:
+        raise NotReleasable(f"nothing is released of point {point}: its report does not permit it", file=str(written))
     with register.writing() as connection:
         number, cell = require_cell(connection, cell)
         action = Action(register, connection, person)
+        found = _beside_points(found, refused if content.points else _refused_before(connection, number))
+        values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
         before = _before(connection, values)
@@ -226,7 +231,14 @@ def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Spee
         **_said(table.provenance.bases, table.provenance.notes),
     }
     subject = f"task {stated('task', task, longest=100)}" if task else "workspace"
-    return _Speeds(subject, limits, str(bound), speeds, fm.map_sha256(force_map))
+    return _Speeds(subject, limits, str(bound), speeds, fm.map_sha256(force_map), force_map.form.name)
+
+
+def _beside_points(found: _Speeds, refused: Sequence[str]) -> _Speeds:
+    """The same speeds, which say first which contact points are not permitted, and name them apart."""
+    said = [Finding.of(FindingKind.RELEASED_BESIDE_POINTS, points=", ".join(refused))] if refused else []
+    first = {"warnings": [*sentences(said), *found.speeds["warnings"]], "points_not_permitted": list(refused)}
+    return replace(found, speeds=found.speeds | first)
 
 
 def _of_point(content: CampaignContent, name: str) -> _Speeds:
@@ -242,7 +254,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     if result.outcome is PointOutcome.NOT_PERMITTED:
         raise NotReleasable(f"nothing is released of point {name}: {'; '.join(sentences(result.lacks))}")
     bases: list[Basis] = []
-    bound, digest = "impacts at the point", None
+    bound, digest, form = "impacts at the point", None, ""
     if content.dataset is not None:
         table = content.dataset
         phase_two, binding = table.phase_two, table.binding
@@ -250,7 +262,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     if point.by_map:
         force_map, carried = present(assessment.force_map), present(assessment.bound)
         bases.append(cases_of(force_map, point.limit, bound=carried, contact=point.contact)[0].basis)
-        bound, digest = str(carried), fm.map_sha256(force_map)
+        bound, digest, form = str(carried), fm.map_sha256(force_map), force_map.form.name
     for basis in bases:
         _gate(basis)
     speed = fm.floor_speed(result.speed)
@@ -263,7 +275,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     speeds["warnings"] = [*sentences(held), *speeds["warnings"]]
     along = [note for note in result.rests_on if note.kind is FindingKind.ALONG_ONLY]
     speeds |= {"holds_for": sentence(along[0])} if along else {}
-    return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest)
+    return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest, form)
 
 
 def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, Any]:
@@ -273,7 +285,11 @@ def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, Any]:
     """
     confirmed = not any(note.kind in _UNCONFIRMED for basis in bases for note in basis.notes)
     first = [] if confirmed else [sentence(Finding.of(FindingKind.RELEASED_UNCONFIRMED))]
-    return {"confirmed": confirmed, "warnings": [*first, *warnings(bases)], "assumptions": assumptions(bases, notes)}
+    impacts = [
+        note.figure("impacts") for basis in bases for note in basis.notes if note.kind is FindingKind.CONFIRMED_BY
+    ]
+    told = {"confirmed": confirmed, "confirming_impacts": min(impacts) if confirmed and impacts else None}
+    return {**told, "warnings": [*first, *warnings(bases)], "assumptions": assumptions(bases, notes)}
 
 
 def _gate(basis: Basis) -> None:
@@ -282,21 +298,36 @@ def _gate(basis: Basis) -> None:
         raise NotReleasable(f"nothing is released: {sentence(basis.refusal)}")
 
 
-def _require_report(report: Path, content: CampaignContent, limits: _Limits) -> None:
-    """Refuse a report that is not of the campaign as it is, or not of the body areas."""
+def _require_report(report: Path, content: CampaignContent, found: _Speeds) -> tuple[str, ...]:
+    """Refuse a report of another campaign, area, bound or form; else the contact points that it does not permit."""
     from forcemap.report import area_with_table, read_seal, verify_report
 
     if not report.is_file():
         raise NotReleasable("there is no report of it; forcemap report writes it", file=str(report))
-    areas = [] if content.points else [f"--area {limit.name}" for limit, _ in limits]  # else those of all points
+    areas = [] if content.points else [f"--area {limit.name}" for limit, _ in found.limits]  # else those of all points
     again = f"move it away and write it again: {' '.join(['forcemap report', str(content.folder), *areas])}"
     if not verify_report(str(report), str(content.folder)).holds:
         raise NotReleasable(f"the report is not of the campaign as it is now; {again}", file=str(report))
     made_for = read_seal(read_bytes(report), str(report)).made_for
-    for limit, _ in limits:
+    for limit, _ in found.limits:
         if area_with_table(limit) not in made_for.areas:
             which = f"{limit.name} with its limits of {limit.edition}"
             raise NotReleasable(f"the report is not of {which}; {again}", file=str(report))
+    if made_for.refused is None:
+        raise NotReleasable(f"the report is of an earlier version; {again}", file=str(report))
+    if found.form and (made_for.bound, made_for.form) != (found.bound, found.form):
+        other = f"{made_for.form or 'no map'} with {made_for.bound}"
+        raise NotReleasable(
+            f"the report is of {other}, the speeds of {found.form} with {found.bound}; {again}", file=str(report)
+        )
+    return made_for.refused
+
+
+def _refused_before(connection: Connection, cell: int) -> list[str]:
+    """Contact points that releases of a cell name as not permitted: a campaign without a list says nothing of them."""
+    query = select(RELEASES.c.speeds).where(RELEASES.c.cell_id == cell).order_by(RELEASES.c.id)
+    named = [json.loads(row.speeds).get("points_not_permitted", ()) for row in connection.execute(query)]
+    return [*dict.fromkeys(itertools.chain.from_iterable(named))]
 
 
 def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, Any]:

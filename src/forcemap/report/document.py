@@ -34,6 +34,7 @@ from forcemap.report.permission import (
     nowhere,
     permission,
     permissions,
+    point_counts,
     point_permissions,
     pressure_words,
 )
@@ -142,6 +143,7 @@ def environment() -> Environment:
         _plural,
         sentence,
         pressure_words,
+        point_counts,
         short_reason,
     )
     environment.filters |= {function.__name__.strip("_"): function for function in filters}

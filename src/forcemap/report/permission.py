@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from typing import Any
+
+from markupsafe import Markup
 
 from forcemap.assessment.assess_campaign import AssessedPoints, CampaignAssessment
 from forcemap.assessment.missing import Missing
@@ -37,7 +40,7 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     program = _between(results.slowest_to_program, results.fastest_to_program)
     speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
     speeds += ", place by place" if results.fastest > results.slowest else ""
-    word = "CONFIRMED" if results.confirmed_by else "PERMITTED BY THE MAP"
+    word = f"PERMITTED BY THE {'CONFIRMED ' * bool(results.confirmed_by)}MAP"
     if results.confirmed == inside:
         return shown | {"word": f"{word} at all places", "kind": "confirmed", "speeds": speeds}
     return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
@@ -79,7 +82,7 @@ def _at_site(found: Sequence[PlaceSpeeds], assessment: CampaignAssessment) -> li
     site = assessment.conditions.contact_site or "not stated"
     return [
         f"At contact site {site}: {'; '.join(within)}{', all' if len(within) > 1 else ''} of {edition}: "
-        f"{_state(confirmed_by)}; "
+        f"{_of_map(confirmed_by)}; "
         f"measured with {device_words(assessment.conditions)}; to be signed by {signer(assessment.protocol)}."
         for (confirmed_by, edition), within in groups.items()
     ]
@@ -101,7 +104,7 @@ def point_permission(result: PointResult, conditions: Conditions, protocol: Prot
     point = result.point
     return (
         f"Contact point {point.name}, {_limit(point.limit, point.contact)}: at most {floor_speed(result.speed)} m/s to "
-        f"program, {_state(result.confirmed_by)}; measured with {device_words(conditions)}; "
+        f"program{_if_reason(result)}, {_state(result)}; measured with {device_words(conditions)}; "
         f"{pressure_words(result)}; to be signed by {signer(protocol)}."
     )
 
@@ -116,7 +119,8 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
             alone = result.confirmed_by if point.by_measurements else ()
             confirmed_by = ("",) if alone else result.confirmed_by
             programmed = "" if math.isnan(point.programmed) else f", now {point.programmed:g}"
-            named = f"{point.name} (program at most {floor_speed(result.speed)} m/s{programmed}{_counted(alone)})"
+            named = f"{point.name} (program at most {floor_speed(result.speed)} m/s{programmed}{_counted(alone)}"
+            named += f"{_if_reason(result)})"
             groups.setdefault((point.limit, point.contact, confirmed_by, pressure_words(result)), []).append(named)
     return [
         f"Contact {'points' if len(named) > 1 else 'point'} {', '.join(named)}, {_limit(limit, contact)}: "
@@ -149,7 +153,18 @@ def _counted(impacts: tuple[str, ...]) -> str:
 
 def _state_of_all(confirmed_by: tuple[str, ...]) -> str:
     own = confirmed_by == ("",)
-    return "confirmed by the impacts at each of them, named on its sheet" if own else _state(confirmed_by)
+    return "confirmed by the impacts at each of them, named on its sheet" if own else _of_map(confirmed_by)
+
+
+def _if_reason(result: PointResult) -> str:
+    return ", IF the risk assessment says why" * result.if_reason
+
+
+def point_counts(results: Iterable[PointResult]) -> Markup:
+    """How many contact points have which verdict, in words; the permitted ones first."""
+    found = list(results)
+    counts = Counter(result.words for outcome in PointOutcome for result in found if result.outcome is outcome)
+    return Markup(", ").join(Markup("<strong>{} {}</strong>").format(n, words) for words, n in counts.items())
 
 
 def signer(protocol: Protocol) -> str:
@@ -179,12 +194,19 @@ def _edition(limit: ForceLimit) -> str:
     return f"{limit.edition} (table version {limit.version})"
 
 
-def _state(confirmed_by: tuple[str, ...]) -> str:
-    if not confirmed_by:
-        return BY_MAP_ALONE
+def _state(result: PointResult) -> str:
+    own = result.confirmed_by and result.point.by_measurements
+    return f"confirmed by {_impacts(result.confirmed_by)}" if own else _of_map(result.confirmed_by)
+
+
+def _of_map(confirmed_by: tuple[str, ...]) -> str:
+    return f"permitted by the map, which {_impacts(confirmed_by)} confirm" if confirmed_by else BY_MAP_ALONE
+
+
+def _impacts(confirmed_by: tuple[str, ...]) -> str:
     more = len(confirmed_by) - _LISTED
     names = ", ".join(confirmed_by[:_LISTED]) + (f" and {more} more" if more > 0 else "")
-    return f"confirmed by {len(confirmed_by)} impacts ({names})"
+    return f"{len(confirmed_by)} impacts ({names})"
 
 
 def _between(low: float, high: float) -> str:

@@ -51,16 +51,23 @@ class MadeFor:
         Body areas, each with the version of its table of limits (`area_with_table`); none if it does not say.
     bound : str
         The bound.
+    form : str
+        Form of the map; empty if it has none, or does not say.
+    refused : tuple of str or None
+        Contact points that it does not permit; None if it does not say.
     """
 
     areas: tuple[str, ...] = ()
     bound: str = ""
+    form: str = ""
+    refused: tuple[str, ...] | None = None
 
     @classmethod
     def of(cls, assessment: CampaignAssessment) -> Self:
         """What the report of an assessment is made for."""
         bound = "no bound" if isinstance(assessment.bound, Missing) else str(assessment.bound)
-        return cls(tuple(sorted(map(area_with_table, assessment.limits))), bound)
+        form = "" if isinstance(assessment.force_map, Missing) else assessment.force_map.form.name
+        return cls(tuple(sorted(map(area_with_table, assessment.limits))), bound, form, refused_points(assessment))
 
     @classmethod
     def read(cls, text: str) -> Self:
@@ -70,14 +77,18 @@ class MadeFor:
         except (ValueError, RecursionError):
             return cls()
         match stated:
-            case [[*areas], str(bound)] if all(isinstance(area, str) for area in areas):
-                return cls(tuple(areas), bound)
+            case [[*areas], str(bound), *more] if all(isinstance(area, str) for area in areas):
+                match more:
+                    case [str(form), [*refused]] if all(isinstance(name, str) for name in refused):
+                        return cls(tuple(areas), bound, form, tuple(refused))
+                    case []:  # of an earlier version
+                        return cls(tuple(areas), bound)
         return cls()
 
     @property
     def text(self) -> str:
         """As it stands in the page."""
-        return json.dumps([self.areas, self.bound])
+        return json.dumps([self.areas, self.bound, *([] if self.refused is None else [self.form, self.refused])])
 
     def unlike(self, other: Self) -> str:
         """In words, areas and bound as far as they are not those of another report."""
@@ -87,6 +98,13 @@ class MadeFor:
     def answers_for(self, earlier: Self) -> bool:
         """True if it answers all that a report made for `earlier` does."""
         return self.bound == earlier.bound and set(earlier.areas) <= set(self.areas)
+
+
+def refused_points(assessment: CampaignAssessment) -> tuple[str, ...]:
+    """Contact points that are not permitted; of a list that cannot be used a word for all of them."""
+    if isinstance(assessment.points, Missing):
+        return ("all of the list",)
+    return tuple(result.point.name for result in assessment.points if result.lacks)
 
 
 def area_with_table(limit: ForceLimit) -> str:

@@ -106,10 +106,13 @@ class PointImpactLine(Answer):
 
 class PointAnswer(Answer):
     """A contact point, and what permits it or what it lacks; the program may have at most `program_at_most_mps`,
-    which is a figure also where it has more, and the point is not permitted for that."""
+    which is a figure also where it has more, and the point is not permitted for that. `words` tells the outcome to
+    people."""
 
     cells: PointCells
     outcome: str
+    words: str
+    if_reason: bool
     speed_to_program_mps: Figure
     program_at_most_mps: Figure
     permission: str
@@ -180,6 +183,8 @@ def _point(result: PointResult, cells: dict[str, str], assessed: AssessedPoints)
     return PointAnswer(
         cells=PointCells.model_validate(cells),
         outcome=result.outcome.value,
+        words=result.words,
+        if_reason=result.if_reason,
         speed_to_program_mps=result.speed,
         program_at_most_mps=result.program_at_most,
         permission=point_permission(result, assessed.conditions, assessed.protocol),

@@ -15,6 +15,7 @@ from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.speed_map import StandardAnswer
 from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.assessment.missing import Missing, attempt, present
+from forcemap.campaigns.recordings_table import Use
 from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
 from forcemap.findings import FindingKind
@@ -116,6 +117,8 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     campaign = attempt(lambda: fm.read_campaign(path))
     if not isinstance(campaign, Missing) and campaign.missing:
         runs = f"the {len(campaign.missing)} planned runs that are missing, the next is {campaign.missing[0]}"
+        unused = sum(entry.use is not Use.USED for entry in campaign.entries)
+        runs += f" ({unused} recordings are not used: below is why)" if unused else ""
         return NextStep(sentence=f"measure {runs}", states=[], command=f"forcemap collect {name}")
     if refusal := impacts_of(path).no_speed:  # more measurements would not help
         return NextStep(sentence=sentence(refusal), states=[], command="")
@@ -141,8 +144,11 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
     states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
-    confirm = "first confirm the speeds that there are (forcemap confirm); for speeds at more places "
-    first = "" if case.confirmed_by or not case.permitted else confirm
+    before = "first confirm the speeds that there are (forcemap confirm)"
+    if case.confirmed_by:
+        confirmed = f"{case.confirmed_by} impacts confirm the map"
+        before = f"nothing for these speeds: {confirmed}, and with more states it is another one, to be confirmed again"
+    first = f"{before}; for speeds at more places " if case.permitted else ""
     first = f"{_OTHER_FORM}; else " if _form_doubted(path) else first
     further = f"{first}measure {len(states)} further states"
     said = "; ".join([further, *map(sentence, (found.progress, *found.within))])

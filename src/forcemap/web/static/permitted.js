@@ -8,6 +8,13 @@ export async function pointsPermitted() {
     if (answer?.problem || !points.length) continue; // what is known without judging stays
     const permitted = points.filter((point) => point.outcome !== "not_permitted").length;
     const count = place.dataset.say === "permitted" ? permitted : points.length - permitted;
-    place.textContent = `${count} of ${points.length} contact point${points.length > 1 ? "s" : ""} ${place.dataset.say}`;
+    const refused = place.dataset.say === "permitted" && permitted < points.length ? `${answer.cell} ` : "";
+    place.textContent = `${refused}${count} of ${points.length} contact point${points.length > 1 ? "s" : ""} ${place.dataset.say}${conditional(points, place)}`;
   }
+}
+
+// A body part that is held is permitted at a transient limit only if people have a reason.
+function conditional(points, place) {
+  const held = points.filter((point) => point.if_reason).length;
+  return held && place.dataset.say === "permitted" ? `, ${held} of them IF the risk assessment says why` : "";
 }
