@@ -96,7 +96,7 @@ def test_the_first_page_names_what_is_not_permitted_and_holds_document_signature
     _, page = report
     text = check(page)
     (answer,) = parts(page, "answer", None)
-    assert "5 contact points: 2 confirmed, 2 permitted by the map, 1 not permitted" in words(answer)
+    assert "5 contact points: 2 confirmed; 2 permitted by the map; 1 not permitted" in words(answer)
     assert "NOT PERMITTED: P5 (not measured)" in words(answer)
     (signatures,) = parts(page, "signatures", None)
     said = words(signatures)

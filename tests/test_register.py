@@ -735,11 +735,21 @@ def test_a_release_is_that_of_its_report(blank, measured, tmp_path, ask, forcema
     reports("--area", "chest")
     assert releases(*workspace) == 2
     assert "not permitted" in releases("--point", "P2")
-    (folder / "contact_points.csv").unlink()  # says nothing of the points
-    reports("--area", "chest")
-    assert releases(*workspace) == 3
-    newest = ask("register", "state", "cell-1", "--register", where)[1]["releases"][0]
-    assert (newest["release"], newest["speeds"]["points_not_permitted"]) == (3, ["P2"])
+    listed = (folder / "contact_points.csv").read_text()
+
+    def not_permitted():
+        newest = ask("register", "state", "cell-1", "--register", where)[1]["releases"][0]
+        return newest["release"], newest["speeds"]["points_not_permitted"]
+
+    for number, stated, names in (
+        (3, None, ["P2"]),  # without a list the campaign says nothing of the points
+        (4, listed.replace("P2,temple", "P2,chest"), []),
+        (5, None, []),
+    ):
+        (folder / "contact_points.csv").write_text(stated) if stated else (folder / "contact_points.csv").unlink()
+        reports("--area", "chest")
+        assert releases(*workspace) == number
+        assert not_permitted() == (number, names)
 
 
 def test_of_a_release_of_before_it_is_not_known_whether_its_points_are_permitted(register, folders):
@@ -827,7 +837,7 @@ def test_questions_against_the_folders_themselves(register, folders, asked, tmp_
     assert asked("export", "impacts", "-o", tmp_path / "x.csv")[0] == 2
     assert asked("export", "releases", "-o", tmp_path / "r.json")[0] == 0
     (written,) = json.loads((tmp_path / "r.json").read_text())
-    assert (written["in_force"], written["why_not"]) == (1, "")
+    assert (written["in_force"], written["why_not"], written["points_not_permitted"]) == (1, "", "not known")
 
 
 # what keeps it as it is

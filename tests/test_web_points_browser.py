@@ -153,7 +153,8 @@ def test_a_cell_of_five_points_from_the_plan_to_the_report_on_the_page_alone(tmp
     report = (tmp_path / "report.html").read_text()
     assert report.count("data:image/jpeg") == 5
     first = " ".join(html.unescape(re.sub(r"<[^>]*>", " ", report.partition("Document and signatures")[0])).split())
-    assert "5 contact points: 2 confirmed , 2 permitted by the map , 1 not permitted" in first
+    held = "1 permitted by the map, IF the risk assessment says why"
+    assert f"5 contact points: 2 confirmed ; {held} ; 1 permitted by the map ; 1 not permitted" in first
     assert "NOT PERMITTED: P5 (not measured)" in first
     for point, speed, pressure in (
         ("P3", "0.200 m/s", "pressure within its limit of 190 N/cm² by the film at this point"),

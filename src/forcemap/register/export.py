@@ -15,12 +15,12 @@ from sqlalchemy import Connection, select
 from forcemap.errors import InputError, MissingExtra
 from forcemap.files import flush_to_disk, hidden_file
 from forcemap.register.connection import Register
-from forcemap.register.states import cell_states
+from forcemap.register.states import ReleaseState, cell_states
 from forcemap.register.tables import METADATA, RELEASES
 from forcemap.words import sentences
 
 _AT_ONCE = 10_000  # rows that are fetched together; a choice
-_STATE = ("cell", "in_force", "why_not")
+_STATE = ("cell", "in_force", "why_not", "points_not_permitted")
 
 TABLES = tuple(sorted(METADATA.tables))
 """The tables that can be exported."""
@@ -76,12 +76,14 @@ def export(register: Register, table: str, file: str | Path) -> int:
 
 
 def _standing(register: Register) -> dict[int, Mapping[str, Any]]:
-    """Whether each release is in force, and why not."""
+    """Whether each release is in force, why not, and beside which contact points that are not permitted."""
     releases = (release for state in cell_states(register) for release in state.releases)
-    return {
-        each.release: dict(zip(_STATE, (each.cell, int(each.in_force), "; ".join(sentences(each.failed))), strict=True))
-        for each in releases
-    }
+    return {each.release: dict(zip(_STATE, _state_of(each), strict=True)) for each in releases}
+
+
+def _state_of(release: ReleaseState) -> tuple[str, int, str, str]:
+    points = "; ".join(release.points_refused) if "points_not_permitted" in release.speeds else "not known"
+    return release.cell, int(release.in_force), "; ".join(sentences(release.failed)), points
 
 
 def _csv(names: list[str], rows: Iterable[dict[str, Any]], stream: BinaryIO) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 from collections.abc import Sequence
@@ -324,10 +323,11 @@ def _require_report(report: Path, content: CampaignContent, found: _Speeds) -> t
 
 
 def _refused_before(connection: Connection, cell: int) -> list[str]:
-    """Contact points that releases of a cell name as not permitted: a campaign without a list says nothing of them."""
-    query = select(RELEASES.c.speeds).where(RELEASES.c.cell_id == cell).order_by(RELEASES.c.id)
-    named = [json.loads(row.speeds).get("points_not_permitted", ()) for row in connection.execute(query)]
-    return [*dict.fromkeys(itertools.chain.from_iterable(named))]
+    """Contact points that the newest release of a cell names as not permitted: a campaign without a list says nothing
+    of them."""
+    query = select(RELEASES.c.speeds).where(RELEASES.c.cell_id == cell).order_by(RELEASES.c.id.desc())
+    named = (json.loads(row.speeds).get("points_not_permitted") for row in connection.execute(query))
+    return next((names for names in named if names is not None), [])
 
 
 def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, Any]:

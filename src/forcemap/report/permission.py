@@ -164,7 +164,7 @@ def point_counts(results: Iterable[PointResult]) -> Markup:
     """How many contact points have which verdict, in words; the permitted ones first."""
     found = list(results)
     counts = Counter(result.words for outcome in PointOutcome for result in found if result.outcome is outcome)
-    return Markup(", ").join(Markup("<strong>{} {}</strong>").format(n, words) for words, n in counts.items())
+    return Markup("; ").join(Markup("<strong>{} {}</strong>").format(n, words) for words, n in counts.items())
 
 
 def signer(protocol: Protocol) -> str:
