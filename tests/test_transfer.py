@@ -310,18 +310,20 @@ def test_repeats_far_apart_before_are_said_after(old_map, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("then", "now", "said"),
+    ("then", "now", "anew", "said"),
     [
-        ("2025-03-01", "2026-03-01", None),
-        ("2025-08-01", "2026-03-01", "2025-08-01"),
-        ("2025-08-01", "", "2025-08-01"),
-        ("", "2026-03-01", "2026-03-01"),  # whether it held is not known: as if it had been used now
+        ("2025-03-01", "2026-03-01", "2025-12-01", None),
+        ("2025-08-01", "2026-03-01", "2025-12-01", "2025-08-01"),
+        ("2025-08-01", "", "2025-12-01", "2025-08-01"),
+        ("", "2026-03-01", "2025-12-01", "2026-03-01"),  # whether it held is not known: as if it had been used now
+        ("2025-03-01", "2026-03-01", "", "2026-03-01"),  # whether it was calibrated since is not known
+        ("2025-03-01", "2026-03-01", "2024-01-01", "2026-03-01"),  # the new campaign's own is over
     ],
 )
-def test_a_calibration_that_had_expired_then_is_said_one_that_expired_since_is_not(then, now, said):
+def test_a_calibration_that_had_expired_then_is_said_one_that_expired_since_is_not(then, now, anew, said):
     calibrated = replace(CONDITIONS.device, calibrated="2024-06-01")
     before = replace(CONDITIONS, date=then, device=calibrated)
-    after = replace(CHANGED, date=now, device=replace(calibrated, calibrated="2025-12-01"))
+    after = replace(CHANGED, date=now, device=replace(calibrated, calibrated=anew))
     old_map = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=before))
     force_map = fm.transfer_map(old_map, impacts(TEN, NEW, 2, conditions=after))
     basis = fm.safe_speed(force_map, 0.7, 0.3, limit=280.0, bound=fm.ToleranceBound()).basis

@@ -124,6 +124,11 @@ class ReleaseAnswer(Answer):
         return [] if self.speeds is None else list(self.speeds["warnings"])
 
     @property
+    def points_refused(self) -> list[str] | None:
+        """Contact points that its report does not permit; None if it gives no speeds, or does not know."""
+        return None if self.speeds is None else self.speeds.get("points_not_permitted")
+
+    @property
     def assumptions(self) -> list[str]:
         """What its speeds rest on; empty if it gives none, or was released by an earlier version."""
         return [] if self.speeds is None else list(self.speeds.get("assumptions", []))
@@ -195,10 +200,9 @@ class CellAnswer(Answer):
         counting = [release for release in self.releases if release.counts]
         in_force = [release for release in counting if release.in_force]
         unconfirmed = any(each.speeds and each.speeds.get("confirmed") is False for each in in_force)
-        speeds = [each.speeds or {} for each in in_force]
-        points = dict.fromkeys(name for each in speeds for name in each.get("points_not_permitted", ()))
+        points = dict.fromkeys(name for each in in_force for name in each.points_refused or ())
         beside = f", BUT CONTACT POINTS ARE NOT PERMITTED: {', '.join(points)}" if points else ""
-        beside += ", CONTACT POINTS NOT KNOWN" * any("points_not_permitted" not in each for each in speeds)
+        beside += ", CONTACT POINTS NOT KNOWN" * any(each.points_refused is None for each in in_force)
         said = f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}{beside}"
         if self.in_force:
             return said
@@ -211,8 +215,7 @@ class CellAnswer(Answer):
     @property
     def beside_points(self) -> bool:
         """Whether a release in force names contact points that are not permitted, or does not know of them."""
-        speeds = [each.speeds or {} for each in self.releases if each.counts and each.in_force]
-        return any(each.get("points_not_permitted", True) for each in speeds)
+        return any(each.points_refused != [] for each in self.releases if each.counts and each.in_force)
 
     @classmethod
     def of(cls, state: Any, events: Any = ()) -> CellAnswer:

@@ -256,12 +256,12 @@ class Conditions:
         """The same with the device that is good for what both campaigns' devices are good for.
 
         Each calibration had to hold for its own campaign: the earlier one counts, on its own day, unless it is known to
-        have held then.
+        have held then and this campaign states its own.
         """
         weakest, date = Device.weakest([self.device, earlier.device]), self.date
         if earlier.date and earlier.device.expired(earlier.date):
             weakest, date = weakest.calibrated_as(earlier.device), earlier.date
-        elif earlier.date:
+        elif earlier.date and (self.device.calibrated or self.device.calibration_expires):
             weakest = weakest.calibrated_as(self.device)
         several = (*self.devices, ("of an earlier campaign", earlier.device)) if self.devices else ()
         return replace(self, device=weakest, devices=several, date=date)

@@ -82,7 +82,7 @@ def _standing(register: Register) -> dict[int, Mapping[str, Any]]:
 
 
 def _state_of(release: ReleaseState) -> tuple[str, int, str, str]:
-    points = "; ".join(release.points_refused) if "points_not_permitted" in release.speeds else "not known"
+    points = "not known" if release.points_refused is None else "; ".join(release.points_refused)
     return release.cell, int(release.in_force), "; ".join(sentences(release.failed)), points
 
 

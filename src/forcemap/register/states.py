@@ -79,9 +79,9 @@ class ReleaseState:
         return self.speeds.get("confirmed")
 
     @property
-    def points_refused(self) -> tuple[str, ...]:
-        """Contact points that its report does not permit; empty of an earlier version, which did not keep them."""
-        return tuple(self.speeds.get("points_not_permitted", ()))
+    def points_refused(self) -> list[str] | None:
+        """Contact points that its report does not permit; None of an earlier version, which did not keep them."""
+        return self.speeds.get("points_not_permitted")
 
     @property
     def in_force(self) -> bool:
