@@ -401,7 +401,7 @@ def test_as_a_program():
                            capture_output=True, text=True)  # fmt: skip
     assert found.returncode == 1
     assert found.stdout.startswith(
-        "No speed to program at d = 0.8 m, h = 0.4 m: unconfirmed; first read the doubt below\n"
+        "No speed to program at d = 0.8 m, h = 0.4 m: unconfirmed; first read the 2 doubts below\n  ! FIXED MARGIN"
     )
     assert found.stderr == ""
     assert subprocess.run([*script], capture_output=True, text=True).returncode == 2
@@ -868,10 +868,8 @@ def test_what_places_share_stands_beside_what_is_a_states_own(ask, forcemap, exa
         shared = f"{100 * fit.place_sd:.2f} % of scatter shared by the states of a place, the most that is likely"
         if round(likeliest, 2) == 0:
             shared = "no scatter shared by the states of a place found"
-        assert (
-            f"14 places: {'' if likeliest < 0.005 else 'bound, standard errors and p values reckon with '}{shared}"
-            in out
-        )
+        reckoned = "" if likeliest < 0.005 else "bound, standard errors and p values reckon with "
+        assert f"14 places (20 mm apart is another one): {reckoned}{shared}" in out
         assert f"{100 * fit.place_sd:.2f} %" in out
         assert f"and {100 * fit.own_sd:.2f} % of a state's own" in out
         assert "leave-one-place-out" in out

@@ -195,7 +195,7 @@ WITHIN = 0.002  # one in some thousand is within all the same: a peak cut off at
 
 @pytest.mark.parametrize("case", [cut, thinned])
 def test_curves_that_lack_their_peak(case, full_size):
-    total = judged(case(number) for number in range(6000 if full_size else 240))
+    total = judged(case(number) for number in range(6000 if full_size else 102))
     assert total["too low"] <= 0.01 * total["curves"]
     assert total["within"] <= WITHIN * total["curves"]
 
@@ -212,7 +212,7 @@ def test_real_curves_that_lack_their_peak(real, case, full_size):
 def test_few_whole_curves_are_lost(full_size):
     """Shapes of tests/curves.py with at least 16 samples across Phase I."""
     table = defaultdict(list)
-    for number in range(6000 if full_size else 240):
+    for number in range(6000 if full_size else 102):
         whole = curve(SEED, number)
         (impact,) = found(whole.time, whole.force)
         if impact.phase1_samples >= 16:

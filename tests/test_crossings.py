@@ -16,7 +16,7 @@ from sizes import FULL_SIZE
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
 
-def compare(force_map, bound, limit, rng, n=4000 if FULL_SIZE else 1000):
+def compare(force_map, bound, limit, rng, n=4000 if FULL_SIZE else 400):
     """Nothing up to a speed exceeds the limit, and 2e-6 m/s above it the bound does."""
     d, h = rng.uniform(0.48, 0.93, n), rng.uniform(0.1, 0.5, n)
     found = fm.safe_speed(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=bound)
@@ -89,7 +89,7 @@ def test_places_that_are_none(place):
 def test_an_allowance_that_falls_with_leverage(full_size):
     """At low confidence and few degrees of freedom: no speed lies above the first crossing."""
     bound, given = fm.ToleranceBound(0.5, 0.999, 0.0), 0
-    for seed in range(600 if full_size else 60):
+    for seed in range(600 if full_size else 20):
         rng = np.random.default_rng(seed)
         form = (fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED)[seed % 3]
         n = len(form.terms) + rng.integers(3, 6)
@@ -114,7 +114,7 @@ def test_an_allowance_that_falls_with_leverage(full_size):
         upper = bound.upper(force_map, x[at, None], y[at, None], speeds)
         assert (upper <= limit[at, None] * (1 + 1e-12)).all()
         given += at.size
-    assert given > 500
+    assert given > (500 if full_size else 100)
 
 
 def test_zones_of_a_bound_that_only_derives_from_ours_are_refused():

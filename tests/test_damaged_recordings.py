@@ -16,9 +16,10 @@ import pytest
 import forcemap as fm
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from real_data import needs_real_data
+from sizes import FULL_SIZE
 
 pytestmark = [pytest.mark.real_data, needs_real_data]
-SEEDS = (202671, 5)
+SEEDS = (202671, 5) if FULL_SIZE else (5,)
 DEVICE = fm.Device(range=100_000.0, error=3.0, stiffness=75_000.0)
 DUMMIES = {"time": "time_ms", "time_unit": "ms", "force": "force_N", "curve": "speed_m_s_label"}
 ARM = {"time": 1, "time_unit": "ms", "force": [20, 21, 22]}

@@ -196,19 +196,27 @@ def named_chest(folder):
     return named_limits(folder, fm.read_conditions(folder / "campaign.toml"), ["chest"])[0][0]
 
 
-@pytest.mark.parametrize("change", ["altered", "gone", "memory"] if FULL_SIZE else ["altered"])
-def test_a_report_that_is_not_as_it_was_written_is_made_again(north, ask, change):
-    if change == "altered":
-        edit(north / "report.html", "PERMITTED BY THE MAP", "PERMITTED")
-    else:
-        (north / {"gone": "report.html", "memory": "fleet.json"}[change]).unlink()
+def test_a_report_that_was_altered_stays_until_a_person_has_seen_it(north, ask):
+    edit(north / "report.html", "PERMITTED BY THE MAP", "PERMITTED")
+    altered = (north / "report.html").read_bytes()
+    for _ in range(2):
+        row = fleet(ask, [north])["north"]
+        assert not row["made_again"]
+        assert "ALTERED since it was written" in str(row["failed"])
+    assert (north / "report.html").read_bytes() == altered
+    (north / "report.html").rename(north / "altered.html")
+    assert fleet(ask, [north])["north"]["made_again"]
+
+
+@pytest.mark.parametrize("change", ["gone", "memory"] if FULL_SIZE else ["gone"])
+def test_a_report_that_is_gone_or_not_known_is_made_again(north, ask, change):
+    (north / {"gone": "report.html", "memory": "fleet.json"}[change]).unlink()
     before = (north / "impacts.csv").read_bytes()
     row = fleet(ask, [north])["north"]
     assert row["made_again"]
     assert (
         row["changed"]
         == {
-            "altered": ["the report was altered"],
             "gone": ["no report yet"],
             "memory": ["body areas, tables of limits, or what fleet knew of it"],
         }[change]

@@ -116,6 +116,41 @@ def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
     assert result(capsys, "path", "ur10e", "timed.csv", *HAND)["too_fast"] is False
 
 
+@pytest.mark.parametrize("every_ms", [12, 20])
+def test_a_log_without_the_row_of_a_corner_is_told_so_and_not_to_exclude_contact(capsys, tmp_path, every_ms):
+    """The descent ends at 0.384 s, where a row lies every 12 ms but not every 20."""
+    at = [k * every_ms / 1000 for k in range(int(0.7 / every_ms * 1000))]
+    height = [0.44 - 0.2 * t if t <= 0.384 else 0.44 - 0.2 * 0.384 + 0.2 * (t - 0.384) for t in at]
+    names = ["down" if t <= 0.384 else "up" for t in at]
+    rows = "".join(f"{t:.3f},0.8,0,{z:.6f},{name}\n" for t, z, name in zip(at, height, names, strict=True))
+    (tmp_path / "log.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows}")
+    (tmp_path / "log.toml").write_text(
+        'schema = "forcemap-task/1"\n[[segments]]\nname = "down"\nareas = ["back_of_hand"]\nclamping_possible = false\n'
+        '[[segments]]\nname = "up"\ncontact_possible = false\nspeed_mps = 0.3\n'
+    )
+    run(["path", "ur10e", "log.csv", "--task", "log.toml"])
+    out = " ".join(capsys.readouterr().out.split())
+    corner = "no row of the log lies where the motion turns into the next segment"
+    assert (corner in out) == ("not_downward" in out)
+    if every_ms == 20:  # the last row down lies above the first one up: it points up
+        assert "at the end of down (" in out
+        assert "contact_possible = false" not in out
+    (tmp_path / "whole.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows.replace('down', 'up', 3)}")
+    run(["path", "ur10e", "whole.csv", "--area", "back_of_hand", "--contact", "transient"])
+    out = " ".join(capsys.readouterr().out.split())
+    assert "contact_possible = false" in out  # of a whole way up it stays the advice
+    assert "no permission, the motion points" in out
+
+
+def test_a_log_that_is_slowed_nowhere_takes_what_it_took(capsys, tmp_path):
+    rows = "".join(f"{t / 50:.3f},0.8,0,{0.44 - 0.2 * t / 50:.6f}\n" for t in range(21))
+    (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}")
+    assert run(["export-path", "ur10e", "timed.csv", *HAND, "-o", str(tmp_path / "scaling.csv")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "0 of them slowed down, 0.400 s as logged (" in out
+    assert "braking ahead" not in out
+
+
 def test_path_says_where_the_slowest_place_is_and_by_which_limit(capsys, tmp_path):
     for task in ("task.toml", "excluded.toml"):
         (tmp_path / "excluded.toml").write_text(

@@ -191,8 +191,8 @@ def test_the_proposed_speed_is_the_one_the_map_says(name, limit):
         assert lines == []
         return
     (line,) = lines
-    assert f"at {len(exceeding)} of 9 places: 1.1 times the expected force" in line
-    assert f"or plan {min(usable):.2f} m/s, too, which would be within it at {len(usable)} of them" in line
+    assert f"at {len(exceeding)} of 9 places: at worst, at 1.1 times the expected force" in line
+    assert f"to plan {min(usable):.2f} m/s at once, which would be within it at {len(usable)} of them" in line
     hopeless = len(exceeding) - len(usable)
     assert ("no speed from 0.05 m/s up" in line) == (hopeless > 0)
     assert "the map extrapolates" in line
@@ -223,7 +223,7 @@ def test_the_standards_model_is_doubled_because_maps_exceed_it():
     assert expected(0.5, 0.3, 0.3) == pytest.approx(318.2, abs=0.05)
     (line,) = sentences(plan_measurements(**UR10E, expected_force=expected, limit=140, device=DEVICE).warnings)
     assert "2 times the expected force" in line
-    assert "or plan 0.06 m/s, too, which would be within it" in line  # 0.1320 / 2
+    assert "to plan 0.06 m/s at once, which would be within it" in line  # 0.1320 / 2
     assert "vanishes at rest, a robot's does not" in line
 
 

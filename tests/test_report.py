@@ -292,17 +292,30 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     d, h = (np.round(axis[i], 3) for axis, i in zip(axes, np.nonzero(np.isnan(speeds)), strict=True))
     said = " ".join(text_of(parts(page, "answer", None)[0]).split())
     pattern = (
-        r"back of hand, transient: (\d+) of 49 places, all at d ([\d.]+) to ([\d.]+) m, "
-        r"h ([\d.]+) to ([\d.]+) m \((\d+) of (\d+) there have a speed\)"
+        r"back of hand, transient: (\d+) of 49 places and around them, within d ([\d.]+) to ([\d.]+) m, "
+        r"h ([\d.]+) to ([\d.]+) m;"
     )
-    none, near, far, low, high, permitted, there = map(float, re.search(pattern, said).groups())
-    assert (none, near, far, low, high) == (len(d), d.min(), d.max(), h.min(), h.max())
-    boxed = [speeds[i, j] for i, j in np.ndindex(speeds.shape)
-             if near - 1e-6 <= axes[0][i] <= far + 1e-6 and low - 1e-6 <= axes[1][j] <= high + 1e-6]  # fmt: skip
-    assert (there, permitted) == (len(boxed), np.isfinite(boxed).sum())
+    none, near, far, low, high = map(float, re.search(pattern, said).groups())
+    ends = d.min() - 0.05, d.max() + 0.05, h.min() - 0.05, h.max() + 0.05
+    measured = force_map.measured_range.lowest, force_map.measured_range.highest
+    inside = [np.clip(end, measured[0][i // 2], measured[1][i // 2]) for i, end in enumerate(ends)]
+    assert none == len(d)
+    np.testing.assert_allclose((near, far, low, high), inside, atol=5e-4)
+    fine = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.01), **case)
+    without = np.isnan(fine.speeds.speed_to_program) & (fine.speeds.outcome != fm.SpeedOutcome.OUTSIDE)
+    i, j = np.nonzero(without)
+    assert len(i) > 100
+    assert near - 1e-3 <= fine.distance[i].min()
+    assert fine.distance[i].max() <= far + 1e-3
+    assert low - 1e-3 <= fine.height[j].min()
+    assert fine.height[j].max() <= high + 1e-3
+    assert "for places 5 cm apart (between them: forcemap speed)" in said
     lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
     within = f"within d {lowest[0]:.3f} to {highest[0]:.3f} m, h {lowest[1]:.3f} to {highest[1]:.3f} m"
     assert f"outside the measured range, which lies {within} (why: section 13)" in said
+    assert "h: height above the robot's base, not above the floor" in said
+    assert "slower motion than 0.200 m/s, as at every start and stop, was not measured" in said
+    assert "the standard itself was not opened" in said
     (safe,) = parts(page, "speeds", None)
     assert (
         "A robot program made by forcemap export has lower speeds than these tables, and at fewer places"
@@ -358,6 +371,11 @@ def test_verify_says_what_changed(written, ask, forcemap):
     assert found["date"] == DATE
     assert found["digest"] == found["digest_now"]
     assert found["digest"] in "".join(forcemap(*verify)[1].split())
+    (written / "speeds-transient.csv").write_text("speed_mps\n0.4\n")  # a result, on which the report does not rest
+    assert ask(*verify)[1]["not_compared"] == ["speeds-transient.csv"]
+    out = forcemap(*verify)[1]
+    assert out.startswith("Unchanged: the report and its input files are as they were")
+    assert "Not compared, as the report does not rest on them\n  - speeds-transient.csv\n" in out
     (written / "impacts.csv").write_text((written / "impacts.csv").read_text() + "\n")
     (written / "recordings" / "d500-h200-v100-r1.csv").unlink()
     save(written / "recordings" / "more.csv", *pulse())
@@ -386,7 +404,14 @@ def test_verify_finds_an_altered_report(written, ask, forcemap, old, new):
     code, found = ask("report", "--verify", report, written)
     assert code == 1
     assert not found["report_intact"]
-    assert "ALTERED" in forcemap("report", "--verify", report, written)[1]
+    out = forcemap("report", "--verify", report, written)[1]
+    assert "ALTERED" in out
+    assert "do not sign it; keep this file" in out
+    altered = report.read_bytes()
+    code, _, err = forcemap("report", written, *HAND)
+    assert code == 2
+    assert "not replaced" in err
+    assert report.read_bytes() == altered
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,7 @@ def test_a_terminal_shows_colour_unless_a_person_wants_none(forcemap):
     assert code == 0
     assert "\x1b[1m" in coloured.splitlines()[0]  # the verdict
     yellow = [line for line in coloured.splitlines() if line.startswith("\x1b[33m")]
-    assert yellow[0].startswith("\x1b[33m  ! SPEED COMMANDED")
+    assert yellow[0].startswith("\x1b[33m  ! FIXED MARGIN")
     assert "\x1b[32m" not in coloured  # no colour says yes
     assert re.sub("\x1b\\[[0-9;]*m", "", coloured) == plain
     assert on_a_terminal(*command, NO_COLOR="1") == (0, plain)

@@ -304,7 +304,7 @@ def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
         at = place(page)
         expected = librarys_speed(force_map, *at)
         playwright.expect(page.locator("#speed")).to_have_text(fm.floor_speed(expected.speed))
-        assert f"{at[0]:.3f} m from the base axis, {at[1]:.3f} m high" in page.inner_text("#verdict")
+        assert f"{at[0]:.3f} m from the base axis, {at[1]:.3f} m above the base" in page.inner_text("#verdict")
     speed = float(page.input_value("#speed_mps"))
     playwright.expect(page.locator("#force")).to_have_text(f"{force_map.predict(*at, speed):.1f}")
     page.wait_for_selector("#along_speed polyline")

@@ -122,7 +122,7 @@ def saying(force_map: ForceMap, confirmed: Confirmations) -> ForceMap:
             made = Finding.of(FindingKind.CONFIRMED_OTHERWISE)
             return Finding.of(FindingKind.NOT_CONFIRMED_YET, made, **of) if confirming_states(force_map) else None
         if result.outcome is Confirmed.PASSES:
-            return Finding.of(FindingKind.CONFIRMED_BY, impacts=len(result.impacts), missed=result.bump_missed, **of)
+            return Finding.of(FindingKind.CONFIRMED_BY, impacts=len(result.impacts), **result.missed, **of)
         if result.outcome is Confirmed.DOES_NOT_PASS:
             return Finding.of(FindingKind.NOT_BORNE_OUT, result.reason)
         return Finding.of(FindingKind.NOT_CONFIRMED_YET, result.reason, **of)

@@ -112,17 +112,27 @@ class PlaceSpeeds:
         return sum(len(group.places) for group in self.open_places)
 
     @property
-    def open_box(self) -> tuple[tuple[float, float], tuple[float, float], int, int] | None:
-        """Ends in distance and in height of the box of these other places [m], how many they are, and how many places
-        inside the measured range lie in the box; None if there are none."""
+    def apart(self) -> tuple[float, float]:
+        """How far its places are apart in distance and in height [m]; 0 without any, or with one alone."""
+        if isinstance(self.speeds, Missing):
+            return 0.0, 0.0
+        axes = np.asarray(self.speeds.distance), np.asarray(self.speeds.height)
+        across, up = (float(np.max(np.diff(axis), initial=0.0)) for axis in axes)
+        return across, up
+
+    @property
+    def open_box(self) -> tuple[tuple[float, float], tuple[float, float], int] | None:
+        """Ends in distance and in height of a box around these other places [m], and how many they are; None if there
+        are none.
+
+        The box ends at the next places: between two, of which one has a speed, nothing says from where on.
+        """
         if isinstance(self.speeds, Missing) or not self.open_places:
             return None
         d, h = np.array([place for group in self.open_places for place in group.places]).T
-        inside = self.speeds.speeds.to_program_outcome != SpeedOutcome.OUTSIDE
-        columns = (self.speeds.distance >= d.min()) & (self.speeds.distance <= d.max())
-        rows = (self.speeds.height >= h.min()) & (self.speeds.height <= h.max())
-        there = int(inside[np.ix_(columns, rows)].sum())
-        return (float(d.min()), float(d.max())), (float(h.min()), float(h.max())), len(d), there
+        across, up = self.apart
+        ends = (float(d.min()) - across, float(d.max()) + across), (float(h.min()) - up, float(h.max()) + up)
+        return *ends, len(d)
 
     @property
     def slowest(self) -> float:

@@ -317,7 +317,7 @@ def _mapped(
         for impact in result.impacts
     )
     figures: dict[str, Any] = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
-    figures |= {"here": here or None, "missed": result.bump_missed}
+    figures |= {"here": here or None, **result.missed}
     return _Part(speed, (Finding.of(FindingKind.POINT_CONFIRMED_MAP, **figures),), confirmed_by=names)
 
 

@@ -15,7 +15,7 @@ from forcemap.assessment.confirmation import confirmation_plan
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table, verdict_first
-from forcemap.planning.confirm import IMPACTS, ConfirmationPlan, ConfirmationResult, Confirmed
+from forcemap.planning.confirm import ACROSS, BUMP, IMPACTS, RIDGE, ConfirmationPlan, ConfirmationResult, Confirmed
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences
 
@@ -139,10 +139,11 @@ def _chances(answer: ConfirmationPlan) -> list[str]:
     """How often these impacts take a sound map for a wrong one, and what they find of a wrong one."""
     if math.isnan(answer.not_passed):
         return ["How often a sound map does not pass is not known: the map has no measured states"]
+    wide = f"{1000 * ACROSS:.0f} mm wide"
     found = {
         "is 10 % higher everywhere": answer.higher_detected,
-        "is 15 % higher along a ridge 4 cm wide at some distance": answer.ridge_detected,
-        "is 25 % higher at a bump 4 cm wide at some place": answer.bump_detected,
+        f"is {100 * RIDGE:.0f} % higher along a ridge {wide} at some distance": answer.ridge_detected,
+        f"is {100 * BUMP:.0f} % higher at a bump {wide} at some place": answer.bump_detected,
     }
     return [
         f"Of 100 sound maps {100 * answer.not_passed:.0f} do not pass ({100 * answer.above_bound:.0f} for an impact "

@@ -439,6 +439,9 @@ def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
         return ""
     allowed, slowed = speeds.allowed.duration, speeds.slowed.duration
     unbraked = allowed if math.isnan(slowed) else slowed
+    if speeds.path.time is not None and not ((speeds.commanded < speeds.programmed) & ~speeds.refused).any():
+        again = "its rows one by one, as each brakes and accelerates for itself: keep the corners alone for that"
+        return f", {unbraked:.3f} s as logged ({time:.3f} s where a program drives {again})"
     costs = [f"{unbraked:.3f} s without braking ahead of slower pieces"]
     if f"{allowed:.3f}" != f"{unbraked:.3f}":
         costs.append(

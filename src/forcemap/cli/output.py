@@ -19,6 +19,7 @@ from forcemap import FixedMargin, ToleranceBound, floor_speed
 from forcemap.answers.answer import Answer
 from forcemap.answers.basis import RestsOn
 from forcemap.answers.error import ErrorAnswer
+from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.errors import ForcemapError, InputError, one_line
 from forcemap.files import read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
@@ -322,9 +323,10 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     """What the states of a place share, beside what is a state's own; nothing for a map that was not fitted."""
     if answer.places is None or answer.place_sd_percent is None:
         return []
+    places = f"{answer.places} places ({1000 * PLACE_SIZE:g} mm apart is another one):"
     if not answer.place_correlation:
         return [
-            f"{answer.places} places: too few have several states to tell what the states of a place share; a "
+            f"{places} too few have several states to tell what the states of a place share; a "
             f"tolerance bound has it within the {answer.own_sd_percent:.2f} % by which states scatter"
         ]
     likeliest = f"{answer.likely_place_correlation:.2f}"
@@ -334,7 +336,7 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     if (shared_places := answer.places_shared or 0) < _TELLING:
         hardly = f"only {shared_places} with several states, which hardly tells what these share: "
     return [
-        f"{answer.places} places: {hardly}{found}bound, standard errors and p values reckon with {shared}, the most "
+        f"{places} {hardly}{found}bound, standard errors and p values reckon with {shared}, the most "
         f"that is likely (correlation {answer.place_correlation:.2f}, likeliest {likeliest}), and "
         f"{answer.own_sd_percent:.2f} % of a state's own"
     ]

@@ -204,6 +204,7 @@ def path_lines(
     `suggested` is the file of the bent path, if one was asked for.
     """
     rows, reasons, several = [], [], len(answer.maps) > 1
+    turns = _turns(answer)
     for (name, outcome, reason, governed_by, map_name, _), group in itertools.groupby(
         answer.pieces,
         key=lambda each: (each.segment, each.outcome, each.reason, each.governed_by, each.map_name, each.too_fast),
@@ -212,7 +213,7 @@ def path_lines(
         where = f"{_place(pieces[0].from_m)} to {_place(pieces[-1].to_m)}"
         speeds = [piece.speed_mps for piece in pieces if piece.speed_mps is not None]
         allowed = f"{shown(min(speeds))} to {shown(max(speeds))}" if speeds else "-"
-        length = f"{sum(piece.length_m for piece in pieces):.3f}"
+        length = _length(sum(piece.length_m for piece in pieces))
         by = f"{governed_by} ({map_name})" if several and map_name else governed_by
         rows.append([name, length, where, outcome, allowed, _programmed(pieces), by])
         if not speeds:
@@ -222,7 +223,8 @@ def path_lines(
     return [
         *speed_first(_verdict(answer), answer),
         *reasons,
-        *_hints(answer, answer.refusals),
+        *_turn_lines(turns),
+        *_hints(answer, [] if turns and len(turns) == _without_direction(answer.pieces) else answer.refusals),
         *gap_lines(answer.gaps, suggest=answer.suggestion is None),
         *([] if answer.suggestion is None else suggestion_lines(answer.suggestion, suggested)),
         "",
@@ -236,6 +238,43 @@ def path_lines(
         *_cycle_lines(answer, refused=not answer.permitted),
         f"bound: {bound_words(answer.bound)}",
         *assumes(answer),
+    ]
+
+
+def _length(metres: float) -> str:
+    """A length in metres to the millimetre, one below it to two digits."""
+    return f"{metres:.3f}" if metres >= 0.001 or not metres else f"{metres:.2g}"
+
+
+_NO_DIRECTION = ("not_downward", "no_map")
+
+
+def _turns(answer: PathAnswer) -> list[PieceAnswer]:
+    """Pieces of a log refused for their direction alone because it has no row where the motion turns into the next
+    segment: the last of their segment, no longer than the position tolerance, after one with permission."""
+    if not answer.timed:
+        return []
+    return [
+        piece
+        for before, piece, after in zip(answer.pieces, answer.pieces[1:], answer.pieces[2:], strict=False)
+        if piece.outcome in _NO_DIRECTION
+        and before.segment == piece.segment != after.segment
+        and before.outcome not in _NO_DIRECTION
+        and piece.length_m <= answer.position_tolerance_m
+    ]
+
+
+def _without_direction(pieces: Sequence[PieceAnswer]) -> int:
+    """How many pieces are refused for their direction."""
+    return sum(piece.outcome in _NO_DIRECTION for piece in pieces)
+
+
+def _turn_lines(turns: Sequence[PieceAnswer]) -> list[str]:
+    """What to do where a log lacks the row of a corner."""
+    return [
+        f"  at the end of {piece.segment} ({1000 * piece.length_m:.2g} mm): no row of the log lies where the motion "
+        "turns into the next segment, so this piece points where neither goes; add the corner's row, or log more often"
+        for piece in turns
     ]
 
 

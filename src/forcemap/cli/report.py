@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
@@ -34,6 +34,9 @@ from forcemap.cli.output import Progress, counted, emit, listing, verdict_first,
 from forcemap.files import read_bytes, write_atomically
 from forcemap.report.permission import BY_MAP_ALONE
 from forcemap.words import sentence, sentences
+
+if TYPE_CHECKING:
+    from forcemap.report import Verification
 
 REPORT_FILE = "report.html"
 REPORT_LIST = "report.sha256"
@@ -235,25 +238,28 @@ def _register_head(where: str) -> str:
 
 
 def _require_no_answer_lost(assessment: fm.CampaignAssessment, target: Path, again: str) -> None:
-    """Refuse to replace a report that answers for a body area, limit or bound for which the new one does not."""
+    """Refuse to replace a report that was altered, or that answers for what the new one does not."""
     from forcemap.report import MadeFor, read_seal
 
     if not target.exists():
         return
     try:
-        earlier = read_seal(read_bytes(target), str(target)).made_for
+        sealed = read_seal(read_bytes(target), str(target))
     except fm.InputError:  # no report that says so: `write_result` judges it
         return
-    wanted = MadeFor.of(assessment)
+    earlier, wanted = sealed.made_for, MadeFor.of(assessment)
     if not wanted.answers_for(earlier):
         was, now = earlier.unlike(wanted), wanted.unlike(earlier)
-        free = next(each for i in itertools.count(2) if not (each := target.with_stem(f"{target.stem}-{i}")).exists())
-        beside = f": {again} -o {shlex.quote(str(free))}" if again else " with -o"
-        raise fm.InputError(
-            f"this report was made for {was or 'what it does not state'}, not for {now}: it is not replaced, because "
-            f"its answer would be lost; move it away, or name another file{beside}",
-            file=str(target),
-        )
+        lost = f"was made for {was or 'what it does not state'}, not for {now}: it is not replaced, because its answer"
+    elif not sealed.intact:
+        lost = "was ALTERED since it was written: it is not replaced, because the trace of that"
+    else:
+        return
+    free = next(each for i in itertools.count(2) if not (each := target.with_stem(f"{target.stem}-{i}")).exists())
+    beside = f": {again} -o {shlex.quote(str(free))}" if again else " with -o"
+    raise fm.InputError(
+        f"this report {lost} would be lost; move it away, or name another file{beside}", file=str(target)
+    )
 
 
 def _verify(file: str, folder: str, *, as_json: bool) -> int:
@@ -262,10 +268,8 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     changes = verify_report(file, folder)
     figures = asdict(changes)
     result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
-    verdict = "Nothing changed" if changes.holds else "SOMETHING CHANGED"
-    again = "" if changes.holds else "; write the report again"
     lines = [
-        f"{verdict} since the report was written{again}",
+        _compared(changes),
         f"Report of {changes.date}, written by {changes.software}",
     ]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
@@ -276,12 +280,27 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
         lines += listing(title, map(printable, files)) if files else []
     if not (changes.inputs_hold or changes.listed):
         lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
-    lines.append(f"{changes.unchanged} files as then")
+    lines.append(f"{changes.unchanged} input files as then")
+    if changes.not_compared:
+        lines += listing("Not compared, as the report does not rest on them", map(printable, changes.not_compared))
     lines.append(f"Digest of the input files on page 1 of the report: {changes.digest}")
     if changes.digest_now != changes.digest:
         lines.append(f"Digest of the input files as they are now: {changes.digest_now}")
     emit(result, lines, as_json=as_json)
     return 0 if changes.holds else 1
+
+
+def _compared(changes: Verification) -> str:
+    """Whether a report is as it was written, and what to do if it is not."""
+    if changes.holds:
+        return "Unchanged: the report and its input files are as they were when it was written"
+    if not changes.intact:
+        do = "do not sign it; keep this file, and ask for the report as it was written"
+    elif changes.list_altered:
+        do = "do not sign it before the list beside it is the one that was written"
+    else:
+        do = "do not sign it; ask who changed what, then restore it or have the report written anew"
+    return f"SOMETHING CHANGED since the report was written: {do}"
 
 
 def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:

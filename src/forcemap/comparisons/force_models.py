@@ -16,7 +16,7 @@ from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.limits.pfl import pfl_contact_force, pfl_speed_limit
-from forcemap.maps.accuracy import FEWEST_TESTS, Accuracy, left_out_predictions
+from forcemap.maps.accuracy import FEWEST_TESTS, ON_TEST, Accuracy, left_out_predictions
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
@@ -256,7 +256,7 @@ def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[For
     maps = [fit_force_map(dataset, form=map_form) for map_form in dict.fromkeys((form, CFM_2D))]
     test = dataset.independent_test
     has_test = int(np.sum(test.states.impacts > 0)) >= FEWEST_TESTS
-    on = "test states" if has_test else "leave-one-state-out"
+    on = ON_TEST if has_test else "leave-one-state-out"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
     models = Models(states, on, dataset.select(~dataset.slower).states)
     for force_map in maps:

@@ -148,6 +148,7 @@ def _words(speed_map: SpeedMap, *, written: bool) -> Iterator[str]:
         f"limit: {limit if limit.startswith(figure) else f'{figure}, {limit}'}",
         f"bound: {basis.bound}",
         shown,
+        "each speed holds at the middle of its cell, not in all of it: between, forcemap speed tells",
     ]
     yield from (canvas.plain(line, _LONGEST_LINE) for line in lines)
 

@@ -116,7 +116,8 @@ def _saturated(impact: Impact, tops: list[Top]) -> _Doubts:
         what = f"read {read:.1f} N" if read >= _RANGE_SHARE * device_range else f"{reading:.1f} N of contact force"
         yield Quality.SATURATED, f"{what} of a device range of {device_range:g} N"
     elif cut_off:
-        top = f"{cut_off[0].samples} like samples at the top, {cut_off[0].recorded:.1f} N"
+        of = "" if recorded.ndim == 1 else " of one component, as it was recorded"
+        top = f"{cut_off[0].samples} like samples at the top{of}, {cut_off[0].recorded:.1f} N"
         higher = f"the flanks point at least {cut_off[0].least:.1f} N higher"
         yield Quality.SATURATED, f"{top}: cut off below the range, {higher}"
 

@@ -112,6 +112,10 @@ def _one_side(percent: FloatArray, error: FloatArray) -> tuple[int, float, float
     return int(here.sum()), float(percent[largest]), float(error[largest]), *means
 
 
+ON_TEST = "test states"
+"""What an accuracy is on if it is of states of their own, as results and tables name it."""
+
+
 def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy, ...]:
     """Accuracies of a map fitted to a dataset, the most trustworthy one first.
 
@@ -121,7 +125,7 @@ def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy,
     """
     test = dataset.independent_test
     confirms = np.char.startswith(test.state, CONFIRMING)
-    accuracies = _of_test(force_map, test.select(~confirms), "test states")
+    accuracies = _of_test(force_map, test.select(~confirms), ON_TEST)
     for left_out in (leave_one_state_out, leave_one_place_out):
         with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
             accuracies.append(left_out(force_map))

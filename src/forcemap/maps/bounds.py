@@ -233,6 +233,12 @@ def weakness(bound: Bound, force_map: ForceMap) -> Finding | None:
     return None
 
 
+def untested_margin(bound: Bound, force_map: ForceMap) -> Finding | None:
+    """That nothing speaks for a fixed margin, as the map has no measured states; else None."""
+    untested = isinstance(bound, FixedMargin) and force_map.fit is None
+    return Finding.of(FindingKind.MARGIN_UNTESTED, bound=str(bound)) if untested else None
+
+
 def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
     """How the impacts of a fitted map contradict a fixed margin; None if they do not, or for a published map."""
     if force_map.fit is None:

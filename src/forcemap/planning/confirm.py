@@ -41,8 +41,8 @@ _SAME_SPEED = 5e-4  # [m/s]; half of the last digit to which released speeds are
 
 # Robots that the impacts should detect: the shapes are those of docs/validity.md.
 _HIGHER = 1 + PAPER_MARGIN  # factor on the force everywhere
-_RIDGE, _BUMP = 0.15, 0.25  # share of the force at the middle of a shape that no form has
-_SHAPE = 0.04  # [m]; distance from its middle at which such a shape has fallen to 1/e
+RIDGE, BUMP = 0.15, 0.25  # share of the force at the middle of a shape that no form has
+ACROSS = 0.08  # [m]; from where such a shape has risen to 1/e to where it has fallen to it again
 
 _MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.UNCONFIRMED,
@@ -132,6 +132,11 @@ class ConfirmationResult:
     reason: Finding
     bump_missed: float = math.nan
 
+    @property
+    def missed(self) -> dict[str, float]:
+        """What the impacts would have missed, as sentences name it: how often, how much more force, how wide [m]."""
+        return {"missed": self.bump_missed, "more": BUMP, "across_m": ACROSS}
+
 
 _Checked = tuple[bool | None, Finding]  # whether a recording is within its limit, and why
 
@@ -173,7 +178,7 @@ class ConfirmationPlan:
         Probability that a force 10 % above the map's does not pass; NaN likewise.
     ridge_detected, bump_detected : float
         The same for a force that is 15 % above the map's at some distance, or 25 % at some place, and 1/e of that 4 cm
-        beside it; mean over the distances, or places, of the measured range.
+        beside it (`RIDGE`, `BUMP`, `ACROSS`); mean over the distances, or places, of the measured range.
     force_map : ForceMap
         The map to be confirmed.
     bound : Bound
@@ -608,13 +613,13 @@ def _probabilities(
     An impact passes if its force is at most `most`, and lies above the bound if it exceeds `upper` [N], shape (n,).
     Ridges and bumps are centred at each of the places, shape (k, 2).
     """
-    away = np.square((places[:, None] - states[None, :, :2]) / _SHAPE)
+    away = np.square((places[:, None] - states[None, :, :2]) / (ACROSS / 2))
     return {
         "not_passed": _any_above(force_map, states, most, np.array(1.0)),
         "above_bound": _any_above(force_map, states, upper, np.array(1.0)),
         "higher_detected": _any_above(force_map, states, most, np.array(_HIGHER)),
-        "ridge_detected": _any_above(force_map, states, most, 1 + _RIDGE * np.exp(-away[..., 0])),
-        "bump_detected": _any_above(force_map, states, most, 1 + _BUMP * np.exp(-away.sum(axis=2))),
+        "ridge_detected": _any_above(force_map, states, most, 1 + RIDGE * np.exp(-away[..., 0])),
+        "bump_detected": _any_above(force_map, states, most, 1 + BUMP * np.exp(-away.sum(axis=2))),
     }
 
 

@@ -45,6 +45,7 @@ from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
 from forcemap.words import sentence, sentences, short_reason
 
+_AXES = "d: distance from the z-axis of the robot's base; h: height above the robot's base, not above the floor."
 _COLUMNS_AT_ONCE = 9  # most columns of a speed table, so that it fits on a page
 
 # Control characters, surrogates, noncharacters; and marks that turn the direction of text around.
@@ -88,7 +89,11 @@ def report_html(
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
             headlines=(headlines := [headline(results) for results in assessment.speeds]),
-            nowhere=nowhere(headlines),
+            nowhere=nowhere(
+                headlines,
+                None if isinstance(assessment.force_map, Missing) else assessment.force_map.measured_range,
+            ),
+            apart_cm=_apart_cm(assessment),
             permissions=permissions(assessment),
             permission_of=[permission(results, assessment) for results in assessment.speeds],
             point_permissions=point_permissions(assessment),
@@ -97,6 +102,8 @@ def report_html(
             rests_on=_rests_on(assessment),
             straight=_depended_on(assessment, FindingKind.ALONG_ONLY),
             transient=_depended_on(assessment, FindingKind.TRANSIENT_FREE),
+            slower=_depended_on(assessment, FindingKind.SLOWER_UNMEASURED),
+            axes=_AXES,
             device_words=device_words(assessment.conditions),
             spring=lambda limit: _spring(limit, assessment.conditions).statement,
             further_inputs=further_inputs(assessment.inputs),
@@ -109,6 +116,11 @@ def report_html(
             register_head=register_head,
         )
     )
+
+
+def _apart_cm(assessment: CampaignAssessment) -> float:
+    """How far the places of the tables of speeds are apart [cm]; 0 without a table or with a single place."""
+    return 100 * max((max(each.apart) for each in assessment.speeds), default=0.0)
 
 
 def _depended_on(assessment: CampaignAssessment, kind: FindingKind) -> Finding | None:
@@ -233,7 +245,7 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     measured = "; ".join([measured, *sentences(stiffer)])
     source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
     bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
-    editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}" for limit in a.limits)
+    editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}, {limit.source}" for limit in a.limits)
     return [measured, f"Map: {source}; {bound}", f"Limits: {'; '.join(editions)}"]
 
 

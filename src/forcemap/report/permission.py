@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from forcemap.assessment.assess_campaign import AssessedPoints, CampaignAssessment
@@ -16,6 +17,7 @@ from forcemap.assessment.point_results import PointOutcome, PointResult
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.protocol import Protocol
 from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
 
@@ -46,16 +48,16 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
-def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
+def nowhere(headlines: Sequence[dict[str, Any]], measured: MeasuredRange | None) -> list[str]:
     """Where headlines give no speed, in metres; those alike together, those that give none at all by their word."""
     groups: dict[str, list[str]] = {}
     for line in headlines:
         results = line["results"]
-        if line["kind"] == "partly" and results.open_box:
-            (near, far), (low, high), count, there = results.open_box
-            rest = f"{there - count} of {there} there have a speed" if there > count else "none there has a speed"
+        if line["kind"] == "partly" and results.open_box and measured:
+            *ends, count = results.open_box
+            (near, far), (low, high) = np.clip(np.transpose(ends), measured.lowest[:2], measured.highest[:2]).T
             within = f"d {near:.3f} to {far:.3f} m, h {low:.3f} to {high:.3f} m"
-            where = f"{count} of {line['places']} places, all at {within} ({rest})"
+            where = f"{count} of {line['places']} places and around them, within {within}"
             groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
     refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
     parts = refused * any(line["kind"] == "refused" for line in headlines)

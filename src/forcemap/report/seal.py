@@ -238,6 +238,8 @@ class Verification:
         Inputs in which nothing but the line ends changed.
     unchanged : int
         Number of inputs that are as they were.
+    not_compared : tuple of str
+        Files in the folder itself that are no input, such as tables of speeds: whether they changed is not told.
     inputs_hold : bool
         True if the inputs are those of the digest that stands in the report.
     listed : bool
@@ -256,6 +258,7 @@ class Verification:
     new: tuple[str, ...]
     line_ends: tuple[str, ...]
     unchanged: int
+    not_compared: tuple[str, ...]
     inputs_hold: bool
     listed: bool
     list_altered: bool
@@ -310,6 +313,7 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
         new=new,
         line_ends=line_ends,
         unchanged=len(then) - len(differing) - len(vanished) if listed else len(now) if same else 0,
+        not_compared=_no_inputs(folder, {*now, *then}, {Path(report), beside}),
         inputs_hold=not (changed or vanished or new) if listed else same,
         listed=listed,
         list_altered=there is not None and not listed,
@@ -323,6 +327,13 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
 def _inputs(folder: str | Path, further: set[str]) -> tuple[InputFile, ...]:
     """The inputs of a campaign as they are, with further ones that a report had."""
     return campaign_inputs(folder, further=further - {file.path for file in campaign_inputs(folder)})
+
+
+def _no_inputs(folder: str | Path, inputs: set[str], own: set[Path]) -> tuple[str, ...]:
+    """Files in the folder itself that are neither an input nor the report's own; hidden ones left out."""
+    beside = {path.resolve() for path in own}
+    files = (path for path in sorted(Path(folder).iterdir()) if path.is_file() and not path.name.startswith("."))
+    return tuple(path.name for path in files if path.name not in inputs and path.resolve() not in beside)
 
 
 def _own_table(folder: str | Path) -> list[str]:

@@ -33,7 +33,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, weakness
+from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, untested_margin, weakness
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
 from forcemap.maps.slower_impacts import confirming_of, cover_slower, slower_impacts, upper_of_slower
@@ -195,7 +195,7 @@ def basis_of(
         refusals=basis.refusals or measured,
         warnings=(
             *([exceeded] if exceeded and (basis.refusals or exceeded not in measured) else []),
-            *filter(None, (not_borne_out, weak)),
+            *filter(None, (not_borne_out, weak or untested_margin(bound, force_map))),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
             *_clamping_unseen(basis),
@@ -491,6 +491,7 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
         too_small = int(np.sum(margins(bound, force_map) > PAPER_MARGIN))
         states = len(force_map.measured_range.points)
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
+        note(kind.BOUND_OF_FORM, not ((tested := force_map.form_test) and tested.misses))
     if fit is None:
         return notes
     notes.append(confirmed or Finding.of(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None))

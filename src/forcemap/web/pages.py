@@ -130,7 +130,9 @@ def campaign_pages(site: Site) -> APIRouter:
             limits = limits_of(path, site.table)
         question = _stated(request, Question, limits.otherwise)
         shown = {"answer": answer, "headline": headline(name, path, question, limits), "taken": _TAKEN}
-        shown["conditions"] = _conditions_of(path)
+        shown["conditions"], shown["to_state"] = _conditions_of(path), 0
+        with suppress(fm.ForcemapError):  # an entry that cannot be read is said where it is changed
+            shown["to_state"] = sum(map(len, conditions_answer(path).not_stated.values()))
         return _campaign_html(site, request, "campaign.html", name, question, limits, **shown)
 
     @router.get("/campaigns/{name}/recording")

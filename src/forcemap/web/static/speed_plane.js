@@ -60,7 +60,7 @@ export function speedPlane(element, legend, axes, moved) {
       bar.append(...colourBar(floored(low), `${floored(high)} m/s to program`));
       parts.unshift(bar);
     }
-    for (const reason of refusals()) parts.push(Object.assign(document.createElement("p"), { className: "problem", textContent: reason }));
+    for (const reason of refusals()) parts.push(Object.assign(document.createElement("p"), { className: "note", textContent: `Places without a speed: ${reason}` }));
     legend.replaceChildren(...parts);
   }
 
