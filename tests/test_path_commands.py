@@ -135,6 +135,19 @@ def test_a_log_without_the_row_of_a_corner_is_told_so_and_not_to_exclude_contact
     if every_ms == 20:  # the last row down lies above the first one up: it points up
         assert "at the end of down (" in out
         assert "contact_possible = false" not in out
+        assert "outside: move the path" not in out
+        high = "0.0,0.8,0,0.80,high\n1.0,0.8,0,0.70,high\n1.9,0.8,0,0.44,high\n"  # begins above the measured range
+        later = re.sub(r"^([\d.]+)", lambda time: f"{float(time[1]) + 2:.3f}", rows, flags=re.MULTILINE)
+        (tmp_path / "high.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{high}{later}")
+        (tmp_path / "high.toml").write_text(
+            (tmp_path / "log.toml").read_text()
+            + '[[segments]]\nname = "high"\nareas = ["back_of_hand"]\nclamping_possible = false\n'
+        )
+        run(["path", "ur10e", "high.csv", "--task", "high.toml"])
+        out = " ".join(capsys.readouterr().out.split())
+        assert corner in out
+        assert "outside: move the path into the measured range" in out
+        assert "contact_possible = false" not in out
     (tmp_path / "whole.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows.replace('down', 'up', 3)}")
     run(["path", "ur10e", "whole.csv", "--area", "back_of_hand", "--contact", "transient"])
     out = " ".join(capsys.readouterr().out.split())

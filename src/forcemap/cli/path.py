@@ -224,7 +224,7 @@ def path_lines(
         *speed_first(_verdict(answer), answer),
         *reasons,
         *_turn_lines(turns),
-        *_hints(answer, [] if turns and len(turns) == _without_direction(answer.pieces) else answer.refusals),
+        *_hints(answer, _but_turns(answer, turns)),
         *gap_lines(answer.gaps, suggest=answer.suggestion is None),
         *([] if answer.suggestion is None else suggestion_lines(answer.suggestion, suggested)),
         "",
@@ -264,9 +264,10 @@ def _turns(answer: PathAnswer) -> list[PieceAnswer]:
     ]
 
 
-def _without_direction(pieces: Sequence[PieceAnswer]) -> int:
-    """How many pieces are refused for their direction."""
-    return sum(piece.outcome in _NO_DIRECTION for piece in pieces)
+def _but_turns(answer: PathAnswer, turns: Sequence[PieceAnswer]) -> list[Refused]:
+    """The refusals, but those for a direction where all such pieces are turns: these have a line of their own."""
+    others = sum(piece.outcome in _NO_DIRECTION for piece in answer.pieces) > len(turns)
+    return [each for each in answer.refusals if others or each.outcome not in _NO_DIRECTION]
 
 
 def _turn_lines(turns: Sequence[PieceAnswer]) -> list[str]:
