@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -255,6 +256,29 @@ def test_a_report_of_every_campaign_and_one_of_all(ask, forcemap, own):
     assert "contact site: not stated" in points
     assert "NOT MEASURED" in points
     assert forcemap("report", "--verify", own / "down" / "report.html", own / "down")[0] == 0
+
+
+@pytest.mark.parametrize("altered", ["atlas.html", "in/report.html", "in/report.sha256"])
+def test_an_altered_report_of_an_atlas_stays_and_so_do_the_others(forcemap, own, altered):
+    report = ("report", own, "--area", "thigh_muscle", "--date")
+    assert forcemap(*report, "2026-11-23")[0] == 0
+    page = (own / altered).read_text()
+    (own / altered).write_text(page.replace("</body>", "<p>1 m/s</p></body>") + "junk\n" * altered.endswith("sha256"))
+    before = {path: path.read_bytes() for path in own.rglob("*") if path.is_file()}
+    code, _, err = forcemap(*report, "2026-11-24")
+    assert (code, "was ALTERED since it was written" in err) == (2, True)
+    assert {path: path.read_bytes() for path in own.rglob("*") if path.is_file()} == before
+    (own / altered).unlink()
+    assert forcemap(*report, "2026-11-24")[0] == 0
+    for one, other in ((own, own / "in"), (own / "in", own)):
+        page = other / ("report.html" if one is own else "atlas.html")
+        before = page.read_bytes()
+        code, _, err = forcemap("report", one, "--area", "thigh_muscle", "-o", page)
+        words = "the report of a campaign" if one is own else "the page of an atlas"
+        assert (code, f"this is {words}: it is not replaced" in err, page.read_bytes()) == (2, True, before)
+    own_seal = re.compile(r'<meta name="forcemap-report-sha256"[^>]*>\n')
+    (own / "atlas.html").write_text(own_seal.sub("", (own / "atlas.html").read_text()))
+    assert "or is of an earlier version, without a seal" in forcemap(*report, "2026-11-25")[2]
 
 
 def test_a_campaign_without_a_map_is_said_first_and_permits_nothing(ask, forcemap, own):

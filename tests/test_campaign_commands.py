@@ -284,6 +284,20 @@ class TestInspect:
         assert "--device-range-N" not in out
         assert "--device-range-N" in forcemap("inspect", curve_file())[1]
 
+    def test_text_begins_with_whether_it_can_be_used(self, forcemap, curve_file, tmp_path):
+        for rate, words in (
+            (2000.0, "; usable for a map, as far as the curve tells"),
+            (250.0, "; NOT USABLE for a map where flagged unresolved: the peak is not"),
+        ):
+            out = forcemap("inspect", curve_file(peak=180.0, rate=rate), "--device-range-N", 500)[1]
+            assert words in " ".join(out.split())
+        assert "usable" not in forcemap("inspect", curve_file(peak=1.0), "--device-range-N", 500)[1].lower()
+        seconds, force = pulse(180.0)
+        save(tmp_path / "two.csv", np.concatenate([seconds, seconds + 1.0005]), np.tile(force, 2))
+        code, out, err = forcemap("inspect", tmp_path / "two.csv", "--device-range-N", 500)
+        assert (code, err) == (0, "")
+        assert "; for a map a recording holds one impact alone" in " ".join(out.split())
+
     def test_columns_by_option_and_a_file_without_an_impact(self, ask, tmp_path):
         t, force = pulse(180.0)
         np.savetxt(tmp_path / "odd.txt", np.column_stack([1000 * t, 0 * t, -force]), delimiter=";", fmt="%.4f")
@@ -424,7 +438,8 @@ def test_the_reasons_of_a_check_begin_with_what_exceeds_and_its_doubt(forcemap, 
     assert (code, said.startswith("EXCEEDED (6 impacts: 0 within, 5 cannot tell, 1 exceeded)")) == (1, True)
     first, second = said.partition("Why - ")[2].split(" - ")[:2]
     assert first.startswith("Drift00_WF_1.csv: exceeded by 118.0 N, but its peak is in doubt, spike: ")
-    assert "258.0 N with, 41.6 N without; also unresolved" in first
+    assert "258.0 N with, 41.6 N without (flags: " in first
+    assert "unresolved)" in first or "unresolved," in first
     assert first.endswith("record it again")
     assert second.startswith("Drift00_NF_1.csv: cannot tell: unresolved")
     assert "cannot be told from these samples" in second

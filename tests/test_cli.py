@@ -208,6 +208,85 @@ def test_fit_writes_only_when_asked(ask, forcemap, example_folders, tmp_path):
     assert speeds[0][1]["assumptions"][0].startswith("SIMULATED")
 
 
+@pytest.mark.parametrize(("state", "factor", "above"), [("d587-h315-v265", 1.3, True), ("d890-h460-v200", 1.15, False)])
+def test_fit_names_the_state_that_is_missed_by_more_than_the_bound_adds(
+    ask, forcemap, example_folders, tmp_path, state, factor, above
+):
+    """And says whether it lies above the bound of the whole map, or was only hard to predict without itself."""
+    rows = list(csv.DictReader((example_folders["ur10e"] / "impacts.csv").read_text().splitlines()))
+    rows = [row for row in rows if row["role"] == "train"]
+    for row in rows:
+        row["peak_force_N"] = str(float(row["peak_force_N"]) * (factor if row["state_id"] == state else 1.0))
+    table = tmp_path / "hot.csv"
+    table.write_text("\n".join([",".join(rows[0]), *(",".join(row.values()) for row in rows)]) + "\n")
+    found, out = ask("fit", table)[1], " ".join(forcemap("fit", table)[1].split())
+    assert found["accuracy"]["worst_state"] == state
+    dataset = fm.read_dataset(table)
+    force_map, states = fm.fit_force_map(dataset), dataset.states
+    bound = fm.ToleranceBound(device_error=dataset.conditions.device.error_or_default)
+    upper = bound.upper(force_map, states.distance, states.height, states.speed)
+    over = [name for name, force, at_most in zip(states.name, states.force, upper, strict=True) if force > at_most]
+    assert found["states_above_bound"] == over == [state] * above
+    assert (f"(at {state}, WHICH LIES ABOVE THE BOUND of the map, too" in out) == above
+    assert (f"(at {state}, left out for that; in the map it counts, whose bound lies above it)" in out) != above
+    assert (f"above the bound of this map: {state}; look at" in out) == above
+
+
+def test_an_export_says_that_it_takes_the_place_of_an_earlier_one(forcemap, tmp_path):
+    """In a folder of KRL the files have one name, whatever the limit: a program keeps the tables that it was given."""
+    instead = "in place of an earlier one: take that out of the robot's program, too"
+    for area, earlier in (("back_of_hand", 0), ("thigh_muscle", 2)):
+        export = ("export", "ur10e", "--format", "krl", "--area", area, "--contact", "transient", "-o", tmp_path)
+        code, out, _ = forcemap(*export)
+        assert (code, " ".join(out.split()).count(instead)) == (0, earlier)
+
+
+def test_evaluate_counts_the_states_above_the_bound(ask, forcemap, example_folders, tmp_path):
+    """Those that a map was not fitted to; the map of another robot is exceeded at many."""
+    rows = list(csv.DictReader((example_folders["ur10e"] / "impacts.csv").read_text().splitlines()))
+    fitted = {row["state_id"] for row in rows if row["role"] == "train"}
+    hot = next(row["state_id"] for row in rows if row["state_id"] not in fitted and row["censored"] == "false")
+    for row in rows:
+        row["peak_force_N"] = str(float(row["peak_force_N"]) * (1.2 if row["state_id"] == hot else 1.0))
+    table = tmp_path / "hot.csv"
+    table.write_text("\n".join([",".join(rows[0]), *(",".join(row.values()) for row in rows)]) + "\n")
+    found = ask("evaluate", table)[1]
+    assert found["new_states_above_bound"] == [hot]
+    states = fm.read_dataset(table).independent_test.states
+    assert found["new_states"] == len(states)
+    above = f"{np.sum(states.impacts == 0)} above the device range"
+    assert f"1 of the {len(states)} states that the map was not fitted to ({above}) lie above the tolerance bound" in (
+        " ".join(forcemap("evaluate", table)[1].split())
+    )
+    assert ask("evaluate", table, "--map", "ur10e")[1]["new_states_above_bound"] is None
+    forcemap("fit", table, "-o", tmp_path / "own.json")
+    own = ask("evaluate", table, "--map", tmp_path / "own.json")[1]
+    assert own["new_states"] == len(fm.read_dataset(table).states) - 27
+    assert own["new_states_above_bound"] == [hot]
+    map_file = tmp_path / "map.json"
+    forcemap("fit", example_folders["kuka-iiwa7-30nm"], "-o", map_file)
+    force_map = fm.read_map(map_file)
+    bound = fm.ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+    states = fm.read_dataset(table).states
+    upper = bound.upper(force_map, states.distance, states.height, states.speed)
+    above = np.fmax(states.force, np.nan_to_num(states.at_least)) > upper
+    assert above.sum() > 8
+    assert ask("evaluate", table, "--map", map_file)[1]["new_states_above_bound"] == list(np.array(states.name)[above])
+    assert f" and {above.sum() - 8} more" in " ".join(forcemap("evaluate", table, "--map", map_file)[1].split())
+
+
+def test_states_as_close_as_repeats_are_named(ask, forcemap, example_folders, tmp_path):
+    text = (example_folders["ur10e"] / "impacts.csv").read_text()
+    table = tmp_path / "near.csv"
+    table.write_text(text.replace("d890-h460-v200,3,train,0.89", "other,1,train,0.893"))
+    words = "134 names of 133 states (as close as repeats and so one: d890-h460-v200 with other)"
+    count = len({line.split(",")[0] for line in text.splitlines() if ",train," in line or ",test," in line})
+    words = words.replace("134", str(count + 1)).replace("133", str(count))
+    for command in ("fit", "evaluate"):
+        assert words in ask(command, table)[1]["states_found"]
+        assert words in " ".join(forcemap(command, table)[1].split())
+
+
 def test_fit_without_test_rows_reports_leave_one_state_out(ask, paper_grids, tmp_path):
     fm.write_dataset(paper_grids["kuka-iiwa7-10nm"].train, tmp_path / "impacts.csv")
     _, found = ask("fit", tmp_path / "impacts.csv", "--form", "log-speed")
@@ -869,7 +948,7 @@ def test_what_places_share_stands_beside_what_is_a_states_own(ask, forcemap, exa
         if round(likeliest, 2) == 0:
             shared = "no scatter shared by the states of a place found"
         reckoned = "" if likeliest < 0.005 else "bound, standard errors and p values reckon with "
-        assert f"14 places (20 mm apart is another one): {reckoned}{shared}" in out
+        assert f"14 places (those within 20 mm count as one): {reckoned}{shared}" in out
         assert f"{100 * fit.place_sd:.2f} %" in out
         assert f"and {100 * fit.own_sd:.2f} % of a state's own" in out
         assert "leave-one-place-out" in out

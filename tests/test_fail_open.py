@@ -78,6 +78,61 @@ def test_one_height_whose_digits_differ_in_the_last_place():
     assert [outcome.has_speed for outcome in found.outcome] == [False, False, True, False]
 
 
+@pytest.mark.parametrize("named", ["as they were", "first repeat otherwise", "first measured otherwise"])
+def test_states_measured_again_tell_a_drift_whatever_their_names(named):
+    """By place and speed they are the same states; by other names they told nothing."""
+    points = training_grid("ur10e")
+    force = printed_force("ur10e", *points.T) * np.exp(np.random.default_rng(3).normal(0, 0.01, 27))
+    twice = [0, 13, 26]
+    rows = np.concatenate([np.repeat(np.arange(27), 2), np.repeat(twice, 2)])
+    role = np.array(["train"] * 54 + ["test"] * 6)
+    state = np.array([f"s{row}" for row in rows], dtype=object)
+    if named == "first repeat otherwise":
+        state[[2 * row for row in twice]] = [f"a{row}" for row in twice]
+    if named == "first measured otherwise":
+        state[[2 * row + k for row in twice for k in (0, 1)]] = [f"s{row}-first" for row in twice for _ in (0, 1)]
+    d, h, v = points[rows].T
+    again = np.where(role == "test", 1.3, 1.0)
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=force[rows] * again, state=state, role=role
+    )
+    drift = fm.fit_force_map(dataset).fit.drift
+    assert (dataset.drift.states, drift.states, drift.significant) == (3, 3, True)
+    assert drift.change == pytest.approx(0.3)
+    assert len(dataset.disagreeing_repeats) == 3
+    assert len(dataset.independent_test) == 0
+    assert ("as close as repeats and so one" in dataset.states_found) == (named != "as they were")
+
+
+@pytest.mark.parametrize("beside", ["a training state", "a test state"])
+def test_impacts_that_were_to_confirm_a_map_keep_their_name_beside_other_states(beside):
+    """By it they are known: one that fails refuses every speed."""
+    points = training_grid("ur10e")
+    place = points[13] + (0.001, 0.0, 0.0) if beside == "a training state" else points[13] + (0.03, 0.02, 0.0)
+    rows = np.vstack([points, *([place] * (beside == "a test state")), place])
+    state = [*(f"s{k}" for k in range(27)), *["a"] * (beside == "a test state"), "c-1"]
+    force = printed_force("ur10e", *rows.T) * np.append(np.ones(len(rows) - 1), 1.5)
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=rows[:, 0],
+        height=rows[:, 1],
+        speed=rows[:, 2],
+        peak_force=force,
+        state=state,
+        role=["train"] * 27 + ["test"] * (len(rows) - 27),
+    )
+    assert dataset.state[-1] == "c-1"
+    answer = fm.safe_speed(
+        fm.fit_force_map(dataset),
+        0.7,
+        0.3,
+        limit=fm.force_limit("back_of_hand"),
+        contact=fm.Contact.QUASI_STATIC,
+        bound=fm.ToleranceBound(),
+    )
+    assert any("ABOVE ITS BOUND: c-1" in sentence(each) for each in answer.basis.warnings)
+    assert np.isnan(answer.speed)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_a_name_for_every_row_does_not_make_states(seed):
     rng = np.random.default_rng(seed)
@@ -87,7 +142,8 @@ def test_a_name_for_every_row_does_not_make_states(seed):
     d, h, v = points.T
     named = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force, state=range(81))
     unnamed = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
-    assert named.states_found == "by state_id, 81 names of 27 states, repeats within 5 mm and 10 mm/s"
+    assert named.states_found.startswith("by state_id, 81 names of 27 states (as close as repeats and so one: ")
+    assert named.states_found.endswith(" and 21 more), repeats within 5 mm and 10 mm/s")
     assert (named.repeat.reshape(27, 3) == [1, 2, 3]).all()
     for name in ("distance", "height", "speed", "force", "impacts"):
         np.testing.assert_array_equal(getattr(named.states, name), getattr(unnamed.states, name))

@@ -560,6 +560,21 @@ def published(simulated, tmp_path_factory):
     return folder
 
 
+def test_a_publication_has_the_campaigns_own_limits_and_says_that_its_speeds_have_others(simulated, tmp_path, forcemap):
+    folder = shutil.copytree(simulated, tmp_path / "own")
+    columns = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
+    row = "back_of_hand,hand,hand_fingers,190,100,1.5\n"
+    (folder / "own.csv").write_text(f"# edition: own\n# source: own\n# version: 1\n{columns}{row}")
+    stated = folder / "campaign.toml"
+    stated.write_text(stated.read_text().replace("[standard]", '[standard]\nlimit_table = "own.csv"'))
+    code, out, _ = forcemap("publication", folder, "-o", tmp_path / "bundle", "--area", "back_of_hand")
+    assert code == 0
+    doubt = "campaign.toml names the limit table own.csv, limits used are of ISO/TS 15066"
+    assert " ".join(out.split()).startswith(doubt)
+    assert doubt in (tmp_path / "bundle" / "README.md").read_text()
+    assert (tmp_path / "bundle" / "data" / "own.csv").read_bytes() == (folder / "own.csv").read_bytes()
+
+
 def test_a_publication_is_whole_and_its_checksums_hold(published, simulated):
     sums = dict(reversed(line.split("  ")) for line in (published / "SHA256SUMS").read_text().splitlines())
     files = {path.relative_to(published).as_posix() for path in published.rglob("*") if path.is_file()}

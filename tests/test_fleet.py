@@ -208,6 +208,12 @@ def test_a_report_that_was_altered_stays_until_a_person_has_seen_it(north, ask):
     assert fleet(ask, [north])["north"]["made_again"]
 
 
+def test_a_list_that_was_altered_is_no_unchanged_campaign(north, ask):
+    edit(north / "report.sha256", "impacts", "impact")
+    row = fleet(ask, [north])["north"]
+    assert "the list of inputs beside this report (report.sha256) was ALTERED" in str(row["failed"])
+
+
 @pytest.mark.parametrize("change", ["gone", "memory"] if FULL_SIZE else ["gone"])
 def test_a_report_that_is_gone_or_not_known_is_made_again(north, ask, change):
     (north / {"gone": "report.html", "memory": "fleet.json"}[change]).unlink()

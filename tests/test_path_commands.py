@@ -130,12 +130,13 @@ def test_a_log_without_the_row_of_a_corner_is_told_so_and_not_to_exclude_contact
     )
     run(["path", "ur10e", "log.csv", "--task", "log.toml"])
     out = " ".join(capsys.readouterr().out.split())
-    corner = "no row of the log lies where the motion turns into the next segment"
+    corner = "if the robot turned there into the next segment, name the row of the corner as the next segment"
     assert (corner in out) == ("not_downward" in out)
     if every_ms == 20:  # the last row down lies above the first one up: it points up
         assert "at the end of down (" in out
         assert "contact_possible = false" not in out
         assert "outside: move the path" not in out
+        assert "To close the gaps" not in out
         high = "0.0,0.8,0,0.80,high\n1.0,0.8,0,0.70,high\n1.9,0.8,0,0.44,high\n"  # begins above the measured range
         later = re.sub(r"^([\d.]+)", lambda time: f"{float(time[1]) + 2:.3f}", rows, flags=re.MULTILINE)
         (tmp_path / "high.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{high}{later}")
@@ -153,6 +154,26 @@ def test_a_log_without_the_row_of_a_corner_is_told_so_and_not_to_exclude_contact
     out = " ".join(capsys.readouterr().out.split())
     assert "contact_possible = false" in out  # of a whole way up it stays the advice
     assert "no permission, the motion points" in out
+
+
+@pytest.mark.parametrize("log", ["corner", "misnamed", "slide aside", "slide ahead", "long", "after a refusal"])
+def test_only_what_points_between_two_motions_may_be_a_corner_without_its_row(capsys, tmp_path, log):
+    """A descent to 0.36 m, then outwards; the last piece of the descent is the one in question."""
+    piece = {"slide aside": (0, 0.001, 0), "slide ahead": (0.002, 0, 0), "long": (0.004, 0, -0.004)}
+    piece |= {"misnamed": (0.0001, 0, 0)}  # the first row of the next motion, by the name of the one before
+    start, end = np.array([0.8, 0.0, 0.36]), np.array([0.8, 0.0, 0.36]) + piece.get(log, (0.001, 0, -0.001))
+    top = start + ((0.0, 0.08, 0.0) if log == "after a refusal" else (0.0, 0.0, 0.08))
+    way = [(top, "down"), (start, "down"), (end, "out"), (end + np.array([0.05, 0.0, 0.0]), "")]
+    rows = "".join(f"{k},{','.join(f'{x:.5f}' for x in point)},{name}\n" for k, (point, name) in enumerate(way))
+    (tmp_path / "log.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows}")
+    (tmp_path / "log.toml").write_text(
+        'schema = "forcemap-task/1"\n[[segments]]\nname = "down"\nareas = ["back_of_hand"]\nclamping_possible = false\n'
+        '[[segments]]\nname = "out"\ncontact_possible = false\nspeed_mps = 0.3\n'
+    )
+    assert run(["path", "ur10e", "log.csv", "--task", "log.toml", "--position-tolerance-m", "0.01"]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert ("if the robot turned there" in out) == (log in ("corner", "misnamed"))
+    assert ("contact_possible = false" in out) == (log not in ("corner", "misnamed"))
 
 
 def test_a_log_that_is_slowed_nowhere_takes_what_it_took(capsys, tmp_path):
@@ -397,6 +418,26 @@ def test_place_looks_closer_where_its_grid_has_no_position(capsys, tmp_path):
     assert f"the fastest of {len(permitted)} positions with permission for the whole path, of {len(times)}" in out
     listed = [line.split() for line in out.partition("cycle time [s]\n")[2].splitlines()[: min(10, len(permitted))]]
     assert [float(row[2]) for row in listed] == pytest.approx([time for time, _ in permitted[:10]], abs=6e-4)
+
+
+def test_place_says_where_no_position_helps_and_what_is_programmed_too_fast(capsys, tmp_path):
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m\n0,0,0.12\n0,0,0.02\n")
+    limit = ["--area", "back_of_hand", "--contact", "quasi-static"]
+    found = result(capsys, "place", "ur10e", "table.csv", *limit, code=1)
+    assert found["without"] == ["path"]
+    assert {part["outcome"] for part in found["refusals"]} == {
+        "unconfirmed"
+    }  # of equal shares the one inside the range
+    assert run(["place", "ur10e", "table.csv", *limit]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "path: a part has a speed at none of the positions" in out
+    assert "a finer grid may" not in out
+    assert "forcemap place" not in out
+    (tmp_path / "fast.csv").write_text("x_m,y_m,z_m,speed_mps\n0,0,0.12,0.45\n0,0,0.02,0.45\n")
+    found = result(capsys, "place", "ur10e", "fast.csv", *HAND)
+    assert found["too_fast_share"] == pytest.approx(1.0)
+    assert run(["place", "ur10e", "fast.csv", *HAND]) == 0
+    assert "! programmed too fast there on 100 % of the path" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_refusal_within_the_position_tolerance_says_so(capsys, tmp_path):

@@ -221,7 +221,13 @@ def test_the_standards_model_is_doubled_because_maps_exceed_it():
         assert 1.5 < np.max(robot.predict(*points.T) / standard) < 2.0
     expected = StandardExpectation(30)
     assert expected(0.5, 0.3, 0.3) == pytest.approx(318.2, abs=0.05)
-    (line,) = sentences(plan_measurements(**UR10E, expected_force=expected, limit=140, device=DEVICE).warnings)
+    plan = plan_measurements(**UR10E, expected_force=expected, limit=140, device=DEVICE)
+    overload, line = sentences(plan.warnings)
+    rows = zip(plan.distance.tolist(), plan.height.tolist(), plan.speed.tolist(), strict=True)
+    states = dict(zip(rows, plan.expected_force.tolist(), strict=True))
+    above = sum(2 * force > DEVICE.range - DEVICE.error_or_default for force in states.values())
+    assert overload.startswith(f"the device may be overloaded at {above} of {len(states)} planned states: at worst, at")
+    assert 0 < above < len(states)
     assert "2 times the expected force" in line
     assert "to plan 0.06 m/s at once, which would be within it" in line  # 0.1320 / 2
     assert "vanishes at rest, a robot's does not" in line

@@ -432,7 +432,17 @@ REFUSALS = {
     "the report is of something else": (
         lambda f: (f / "maps").mkdir() or (f / "maps/x.txt").write_text("x"),
         (),
-        "again",
+        "not of the campaign as it is now; move it away and write another",
+    ),
+    "the report is altered": (
+        lambda f: (f / "report.html").write_text((f / "report.html").read_text().replace("</body>", "<p>x</p></body>")),
+        (),
+        "the report was ALTERED since it was written: keep both as evidence",
+    ),
+    "the report has an altered list": (
+        lambda f: (f / "report.sha256").write_text((f / "report.sha256").read_text().replace("impacts", "impact")),
+        (),
+        "the list of inputs beside the report was ALTERED",
     ),
     "the report is of other areas": (lambda f: None, ("--area", "back_of_hand"), "not of back_of_hand"),
     "no area and no point": (lambda f: None, None, "expected body areas"),

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import BeforeValidator
 
 from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
 from forcemap.answers.answer import AllSaid, Answer, Figure, Figures, Percent, PlannedState, SaidIfAny, if_any, of
 from forcemap.answers.form_test import DriftAnswer, FormTestAnswer
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.state import States
 from forcemap.comparisons.censoring_effect import censoring_effect
 from forcemap.errors import BoundNotAvailable
 from forcemap.maps.accuracy import Accuracy
@@ -143,6 +145,7 @@ class FitAnswer(PlaceFigures):
     degrees_of_freedom: Figure = of("fit", "between_states", "degrees_of_freedom")
     condition_number: Figure = of("fit", "between_states", "condition_number")
     bound_margin_percent: Span
+    states_above_bound: list[str]
     rises_with_speed: bool
     simulated: bool
     accuracy: AccuracyAnswer
@@ -187,6 +190,7 @@ class FitAnswer(PlaceFigures):
             repeats=most,
             fewest_repeats=fewest,
             bound_margin_percent=margins_of(force_map),
+            states_above_bound=above_bound(force_map, fit.states) or [],
             t_values=[each.t_value for each in coefficients],
             p_values=[each.p_value for each in coefficients],
             intervals_low=[each.low for each in coefficients],
@@ -207,11 +211,25 @@ class FitAnswer(PlaceFigures):
         )
 
 
+def above_bound(force_map: ForceMap, states: States) -> list[str] | None:
+    """Names of states whose measured force lies above the tolerance bound there; None where a map has no such bound."""
+    try:
+        upper = _bound_of(force_map).upper(force_map, states.distance, states.height, states.speed)
+    except BoundNotAvailable:
+        return None
+    above = np.fmax(states.force, np.nan_to_num(states.at_least)) > upper
+    return [states.name[i] for i in np.flatnonzero(above)]
+
+
+def _bound_of(force_map: ForceMap) -> ToleranceBound:
+    """The usual bound, with the stated error of the device."""
+    return ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+
+
 def margins_of(force_map: ForceMap) -> tuple[float, float]:
     """Smallest and largest share by which the tolerance bound lies above the prediction at the states; NaN if none."""
-    bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
     try:
-        shares = margins(bound, force_map)
+        shares = margins(_bound_of(force_map), force_map)
     except BoundNotAvailable:
         return math.nan, math.nan
     return float(shares.min()), float(shares.max())

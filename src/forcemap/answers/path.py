@@ -233,7 +233,8 @@ class PlacesAnswer(AlongAnswer):
 
     Where none of the positions every `step_m` permits the whole path, those every `finer_step_m` around the one that
     permits most were looked at, too (null if not); if one of these does, `positions` are these. `file` is the path at
-    the best position, null if none was written.
+    the best position, null if none was written; `too_fast_share` is how much of it is programmed too fast there.
+    `without` names segments with a part that has a speed at no position.
     """
 
     step_m: float
@@ -245,6 +246,8 @@ class PlacesAnswer(AlongAnswer):
     cycle_times: list[CycleTimeAnswer]
     standard_beyond_share: Figure
     refusals: list[Refused]
+    without: list[str]
+    too_fast_share: Figure
     positions: list[Position]
     file: str | None = None
 
@@ -264,6 +267,7 @@ class PlacesAnswer(AlongAnswer):
             most_permitted=next(place for place in positions if (place.distance_m, place.height_m) == (d, h)),
             cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
             standard_beyond_share=math.nan if best is None else best.standard_beyond,
+            too_fast_share=math.nan if best is None else _too_fast_share(best),
             refusals=[] if places.best is not None else _refusals(closest),
             positions=positions,
             file=file,
@@ -274,6 +278,12 @@ class PlacesAnswer(AlongAnswer):
                 sentences(places.notes),
             ),
         )
+
+
+def _too_fast_share(speeds: PathSpeeds) -> float:
+    """Share of a path's length that is programmed too fast."""
+    lengths = speeds.path.lengths
+    return float(lengths[speeds.too_fast].sum() / lengths.sum())
 
 
 def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: list[str]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from forcemap.assessment.folder import (
     campaign_inputs,
     campaign_limit_table,
     file_findings,
+    files_of,
     stated_findings,
     withheld_by,
 )
@@ -40,7 +41,7 @@ from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import Comparison, compare_force_models
 from forcemap.errors import CampaignFileError, InputError, UnknownName
 from forcemap.findings import Finding, FindingKind
-from forcemap.limits.body_areas import LimitTable
+from forcemap.limits.body_areas import LimitTable, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.accuracy import Accuracy, map_accuracy
 from forcemap.maps.bounds import Bound, ToleranceBound, weakness
@@ -296,8 +297,11 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
         limits, chosen = limits or of_points, f"those of the contact points ({POINTS_FILE})"
     elif not limits:
         limits, chosen = [_default_limit(own.table)], "the default: no body area was named"
+    known = own.table.sha256 if own.file else standard_limit_table().sha256
+    given = {limit.sha256 for limit in (*limits, *of_points)} - {known}
+    tables = [*filter(None, [own.file]), *files_of(folder, given)]
+    inputs = campaign_inputs(folder, further=tables) if tables else inputs
     if own.file:
-        inputs = campaign_inputs(folder, further=[own.file])
         others = dict.fromkeys(limit.edition for limit in limits if limit.sha256 != own.table.sha256)
         if others:
             findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -139,6 +139,14 @@ def campaign_limit_table(folder: str | Path, conditions: Conditions) -> Campaign
         return CampaignLimitTable(read_limit_table(file), file.relative_to(root).as_posix())
     except ForcemapError as error:
         raise CampaignFileError(f"the table cannot be used: {error_words(error)}", file=stated, column=column) from None
+
+
+def files_of(folder: str | Path, digests: Collection[str]) -> list[str]:
+    """CSV files below the folder with one of these SHA-256, such as tables of limits; inputs of all campaigns apart."""
+    root = Path(folder)
+    files = sorted(path for path in root.rglob("*") if path.suffix.lower() == ".csv") if digests else []
+    named = {path.relative_to(root).as_posix(): path for path in files if path.is_file()}
+    return [name for name, path in named.items() if not is_standard_input(name) and _sha256(path) in digests]
 
 
 def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> list[Finding]:

@@ -63,6 +63,9 @@ class PlaceSpeeds:
         What to measure next for this limit.
     confirmation : ConfirmationResult or None
         Whether impacts at released speeds confirm the map for this limit; None if none were measured.
+    open_box : tuple of tuple of float, or None
+        Ends in distance and in height of a box around all places of the measured range without a speed, those between
+        the places of `speeds` too [m]; None if there are none.
     """
 
     limit: ForceLimit
@@ -72,6 +75,7 @@ class PlaceSpeeds:
     standard_speed: float
     measure_next: NextMeasurements | Missing
     confirmation: ConfirmationResult | None = None
+    open_box: tuple[tuple[float, float], tuple[float, float]] | None = None
 
     @property
     def contradicted(self) -> bool:
@@ -119,20 +123,6 @@ class PlaceSpeeds:
         axes = np.asarray(self.speeds.distance), np.asarray(self.speeds.height)
         across, up = (float(np.max(np.diff(axis), initial=0.0)) for axis in axes)
         return across, up
-
-    @property
-    def open_box(self) -> tuple[tuple[float, float], tuple[float, float], int] | None:
-        """Ends in distance and in height of a box around these other places [m], and how many they are; None if there
-        are none.
-
-        The box ends at the next places: between two, of which one has a speed, nothing says from where on.
-        """
-        if isinstance(self.speeds, Missing) or not self.open_places:
-            return None
-        d, h = np.array([place for group in self.open_places for place in group.places]).T
-        across, up = self.apart
-        ends = (float(d.min()) - across, float(d.max()) + across), (float(h.min()) - up, float(h.max()) + up)
-        return *ends, len(d)
 
     @property
     def slowest(self) -> float:
@@ -191,6 +181,7 @@ def place_speeds(
         why = Missing(f"NOT PERMITTED: the standard permits no contact with {limit.name}, at no speed")
         return PlaceSpeeds(limit, contact, why, (), math.nan, why)
     speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step, allowance))
+    box = attempt(lambda: _open_box(limit, contact, present(force_map), present(bound), allowance))
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     error = conditions.device.error_or_default
     tolerance = bound if isinstance(bound, ToleranceBound) else ToleranceBound(device_error=error)
@@ -206,7 +197,34 @@ def place_speeds(
         standard_speed=math.nan if isinstance(model, Missing) else model.speed_limit(limit, contact),
         measure_next=attempt(lambda: next_measurements(measured, limit, contact=contact, bound=tolerance, **ranges)),
         confirmation=confirmation,
+        open_box=box if isinstance(box, tuple) else None,
     )
+
+
+_FINE = 61
+"""Places along distance, and along height, that are looked at for the box of those without a speed; a choice."""
+
+
+def _open_box(
+    limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, allowance: Allowance
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """A box around all places without a speed, found on a fine grid from end to end of the measured range.
+
+    It ends a step beyond the outer ones, for between two places nothing says from where on, and not beyond the range.
+    """
+    measured = force_map.measured_range
+    axes = np.linspace(measured.lowest[:2], measured.highest[:2], _FINE).T
+    fine = speed_map(force_map, *axes, limit=limit, bound=bound, contact=contact, allowance=allowance)
+    without = fine.speeds.to_program_outcome == SpeedOutcome.UNCONFIRMED
+    if not without.any():
+        return None
+    across, up = (np.flatnonzero(without.any(axis=other)) for other in (1, 0))
+    near, far, low, high = (
+        float(axis[end])
+        for axis, place in zip(axes, (across, up), strict=True)
+        for end in (max(place[0] - 1, 0), min(place[-1] + 1, _FINE - 1))
+    )
+    return (near, far), (low, high)
 
 
 def _speeds(

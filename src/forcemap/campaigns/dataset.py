@@ -511,12 +511,24 @@ def _repeats(given: ArrayLike | None, stated: Texts | None, names: Texts, where:
     return np.where(np.isin(names, names[stated != names]), columns.repeats(None, names, where), numbered)
 
 
+_MOST_JOINED = 6
+"""Joined states that are named; a choice: more are counted."""
+
+
 def _identified_by(stated: Texts | None, names: Texts) -> str:
     """How states were identified, as a phrase."""
     if stated is None:
         return "by coordinates"
+    groups: dict[str, list[str]] = {}
+    for name, other in np.unique(np.column_stack([names, stated]), axis=0).tolist():
+        groups.setdefault(name, []).append(other)
+    joined = [" with ".join(group) for group in groups.values() if len(group) > 1]
+    if not joined:
+        return "by state_id"
     given, states = np.unique(stated).size, np.unique(names).size
-    return "by state_id" if given == states else f"by state_id, {given} names of {states} states"
+    more = f" and {len(joined) - _MOST_JOINED} more" * (len(joined) > _MOST_JOINED)
+    named = ", ".join(joined[:_MOST_JOINED])
+    return f"by state_id, {given} names of {states} states (as close as repeats and so one: {named}{more})"
 
 
 def _usable_range(stated: float, peak_force: FloatArray, censored: Mask) -> float:

@@ -282,7 +282,9 @@ def _refuse_wide_states(
 def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance) -> Texts:
     """Names of states; those of one role within the tolerance of each other share the name that comes first.
 
-    Repeats named one by one would count as independent states and make the bound too low.
+    Repeats named one by one would count as independent states and make the bound too low. States measured again, with
+    role test, bear the name of the training state: by other names they would tell no drift. States that were to confirm
+    a map keep their names, by which they are known.
     """
     joined = names[index]
     for kind in ("train", "test"):
@@ -292,9 +294,30 @@ def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, 
         member, number = np.unique(index[rows], return_inverse=True)
         means = [_means(axis[rows], number, member.size) for axis in coordinates.T]
         state = clusters(np.column_stack(means) / tolerance.scale)[number]
-        first = np.unique(state, return_index=True)[1]
+        order = np.argsort(~np.char.startswith(joined[rows], CONFIRMING), kind="stable")
+        first = order[np.unique(state[order], return_index=True)[1]]
         joined[rows] = joined[rows[first]][state]
-    return joined
+    return _as_trained(coordinates, role, joined, tolerance)
+
+
+def _as_trained(coordinates: FloatArray, role: Texts, name: Texts, tolerance: StateTolerance) -> Texts:
+    """Names, test states that repeat a training state named as it; not where both together would spread too far."""
+    lowest, highest, states = {}, {}, {}
+    for kind in ("train", "test"):
+        rows = np.flatnonzero(role == kind)
+        states[kind], number = np.unique(name[rows], return_inverse=True)
+        axes, size = coordinates[rows].T, states[kind].size
+        lowest[kind] = -np.column_stack([_largest(-axis, number, size) for axis in axes])
+        highest[kind] = np.column_stack([_largest(axis, number, size) for axis in axes])
+    new = name.copy()
+    for other, low, high in zip(states["test"], lowest["test"], highest["test"], strict=True):
+        if other in states["train"] or other.startswith(CONFIRMING):
+            continue
+        spread = np.maximum(highest["train"], high) - np.minimum(lowest["train"], low)
+        widest = (spread / tolerance.scale).max(axis=1, initial=0.0)
+        if widest.size and widest.min() <= 1:
+            new[(role == "test") & (name == other)] = states["train"][widest.argmin()]
+    return new
 
 
 def _largest(values: FloatArray, index: Indices, size: int) -> FloatArray:

@@ -109,7 +109,8 @@ _UNSTATED = "the device range is not stated, so saturation was judged by the sha
 def inspect_lines(answer: InspectAnswer, recorded: Sequence[RecordedImpacts]) -> list[str]:
     """What a file of recordings holds, every impact with its plot."""
     found = sum(len(measured.impacts) for measured in recorded)
-    lines = verdict_first(f"{counted(found, 'impact')} in {answer.file}", simulated=answer.simulated)
+    verdict = f"{counted(found, 'impact')} in {answer.file}{_for_a_map(recorded)}"
+    lines = verdict_first(verdict, simulated=answer.simulated)
     for shown, measured in zip(answer.recordings, recorded, strict=True):
         rate = f"{shown.sampling_rate_Hz:.0f} Hz{'' if measured.recording.regular else ', irregular'}"
         lines.append(f"{shown.recording}: {shown.samples} samples in {shown.duration_s:.3f} s, {rate}")
@@ -118,6 +119,19 @@ def inspect_lines(answer: InspectAnswer, recorded: Sequence[RecordedImpacts]) ->
         lines += [f"  {shown.problem}"] if shown.problem else []
         lines.append("")
     return [*lines, *([_UNSTATED] if answer.device_range_N is None else [])]
+
+
+def _for_a_map(recorded: Sequence[RecordedImpacts]) -> str:
+    """Whether impacts can be used for a map: those whose peak is known, one in each recording of a campaign."""
+    flags = [flag.name for each in recorded for impact in each.impacts for flag in impact.flags]
+    unknown = dict.fromkeys(str(name) for name in flags if name in UNKNOWN_PEAK)
+    if unknown:
+        return f"; NOT USABLE for a map where flagged {', '.join(unknown)}: the peak is not known"
+    if any(len(each.impacts) > 1 for each in recorded):
+        return "; for a map a recording holds one impact alone: cut the file"
+    if doubts := dict.fromkeys(filter(None, (each.not_filtered for each in recorded))):
+        return f"; NOT USABLE for a map: {'; '.join(doubts)}"
+    return "; usable for a map, as far as the curve tells" * any(each.impacts for each in recorded)
 
 
 def impact_lines(impact: fm.Impact) -> list[str]:
@@ -202,8 +216,15 @@ def check_lines(answer: CheckAnswer) -> list[str]:
 def _why(impacts: Sequence[CheckedImpact]) -> list[str]:
     """Why impacts are not within: those that exceed the limit first, the farthest before the others."""
     exceeding = sorted((each for each in impacts if each.outcome == "exceeded"), key=lambda each: each.margin_N or 0.0)
-    doubtful = [f"{impact.recording}: {impact.reason}" for impact in impacts if impact.outcome == "cannot_tell"]
+    doubtful = [
+        f"{impact.recording}: {impact.reason}{_flags(impact)}" for impact in impacts if impact.outcome == "cannot_tell"
+    ]
     return [*map(_exceeding, exceeding), *doubtful]
+
+
+def _flags(impact: CheckedImpact) -> str:
+    """All flags by name where an impact has several: its reason names the first that hides the force."""
+    return f" (flags: {', '.join(flag.name for flag in impact.flags)})" if len(impact.flags) > 1 else ""
 
 
 def _exceeding(impact: CheckedImpact) -> str:
@@ -212,9 +233,8 @@ def _exceeding(impact: CheckedImpact) -> str:
     doubts = [flag for flag in impact.flags if flag.name in UNKNOWN_PEAK]
     if not doubts:
         return f"{words}, {impact.reason}"
-    others = [flag.name for flag in doubts[1:]]
-    also = f"; also {', '.join(others)}" if others else ""
-    return f"{words}, but its peak is in doubt, {doubts[0].name}: {doubts[0].figure}{also}; record it again"
+    first = doubts[0]
+    return f"{words}, but its peak is in doubt, {first.name}: {first.figure}{_flags(impact)}; record it again"
 
 
 def _pressure_lines(answer: CheckAnswer) -> list[str]:

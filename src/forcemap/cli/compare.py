@@ -211,7 +211,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
             for model in answer.allowed
         ]
         lines += ["", *table(header, rows)]
-        lines += [f"maps with {bound_words(answer.bound)}", *sources]
+        lines += [f"maps with {bound_words(answer.bound)}; places of all states, test ones too", *sources]
         lines += [f"{model.model} at {model.limit_N:g} N: {model.note}" for model in answer.allowed if model.note]
     return [*lines, "", *listing("Assumes", answer.assumptions)]
 

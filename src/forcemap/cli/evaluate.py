@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from typing import Annotated
 
+import numpy as np
 from typer import Option
 
 import forcemap as fm
@@ -34,6 +35,7 @@ from forcemap.cli.output import (
     table,
     verdict_first,
 )
+from forcemap.comparisons.map_check import known_states
 from forcemap.comparisons.slowest_speeds import compare_slowest_speeds
 from forcemap.maps.forms import FORMS
 
@@ -100,14 +102,23 @@ def evaluate(
         dataset = impacts_of(table)
         with too_few_states_named(map_source, form):
             force_map, _ = force_map_from(map_source, form)
+        new = dataset.select(~np.isin(dataset.state, _of_map(force_map, dataset.train)))
         accuracies: tuple[fm.Accuracy, ...] = (fm.force_map_accuracy(force_map, dataset),)
     else:
         with too_few_states_named(table, form):
             dataset, force_map = fitted(table, form)
-        accuracies = fm.map_accuracy(force_map, dataset)
-    answer = EvaluateAnswer.of_map(force_map, dataset, accuracies)
+        accuracies, new = fm.map_accuracy(force_map, dataset), dataset.independent_test
+    answer = EvaluateAnswer.of_map(force_map, dataset, accuracies, new)
     emit(answer, evaluate_lines(answer), as_json=as_json)
     return 0
+
+
+def _of_map(force_map: fm.ForceMap, train: fm.ImpactDataset) -> list[str]:
+    """Names of the states that a map was fitted to among those to train: neither they nor their repeats are new."""
+    if not len(train) or force_map.fit is None:
+        return []
+    censored = (set(states.select(states.impacts == 0).name) for states in (train.states, force_map.fit.states))
+    return [*known_states(force_map, train), *set.intersection(*censored)]
 
 
 def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
@@ -206,11 +217,29 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     return [
         *verdict_first(verdict, answer.doubts, simulated=answer.simulated),
         f"{answer.form} {answer.map}",
+        f"states found {answer.states_found}",
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
+        *_bound_lines(answer),
         *place_lines(answer),
         *(f"most underestimated of {part.on}: {part.worst_state}" for part in answer.accuracies if part.worst_state),
         *fit_notes(answer),
     ]
+
+
+_MOST_NAMES = 8
+"""States above the bound that are named; a choice: --json names all."""
+
+
+def _bound_lines(answer: EvaluateAnswer) -> list[str]:
+    """How many of the states that a map was not fitted to lie above its bound; nothing without such states or bound."""
+    if (above := answer.new_states_above_bound) is None:
+        return []
+    more = f" and {len(above) - _MOST_NAMES} more" * (len(above) > _MOST_NAMES)
+    named = f": {', '.join(above[:_MOST_NAMES])}{more}" if above else ""
+    censored = answer.new_states_censored
+    range_ = f" ({censored} above the device range)" if censored else ""
+    of = f"{len(above)} of the {counted(answer.new_states, 'state')} that the map was not fitted to{range_}"
+    return [f"{of} lie above the {fm.ToleranceBound()}{named}"]
 
 
 def forms_lines(answer: FormsAnswer, source: str) -> list[str]:

@@ -275,9 +275,10 @@ def write(
     `raised` says why zones give less than a path, `cells` shows their speeds, and `points` is true where
     the campaign lists contact points.
     """
-    written = []
+    written, earlier = [], []
     for name, text in files.items() if output else ():
         file = str(Path(output or "") / name) if name else output or ""
+        earlier += [file] if Path(file).exists() else []
         write_result(file, text, mark=_MARK)
         written.append(file)
     if output is None and not as_json:
@@ -291,7 +292,8 @@ def write(
     lines += [*cells, sentence(raised)]
     if points:
         lines.append(f"contact points that {POINTS_FILE} lists are not in it: their speeds stand in the report")
-    lines += [f"written to {file}" for file in written]
+    instead = ", in place of an earlier one: take that out of the robot's program, too"
+    lines += [f"written to {file}{instead * (file in earlier)}" for file in written]
     emit(result | {"written": written}, lines, as_json=as_json)
 
 

@@ -12,6 +12,7 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
+from forcemap.campaigns.state import SPEED_TOLERANCE
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
     accuracy_lines,
@@ -73,7 +74,21 @@ def fit(
             f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact {contact}; forcemap limits "
             "lists the areas"
         )
+    if _slow_departs(answer):
+        written.append(
+            "The slowest states depart from the form and widen the bound everywhere: what a map from a faster speed on "
+            f"would permit, forcemap evaluate {shlex.quote(table)} --slowest --area AREA --contact transient tells"
+        )
     emit(answer, [*fit_lines(answer), "", *written], as_json=as_json)
+
+
+def _slow_departs(answer: FitAnswer) -> bool:
+    """True if the form misses forces at the lowest measured speed most."""
+    test, lowest = answer.form_test, answer.lowest_measured[2] or 0.0
+    if not (test.misses and test.departures and answer.bound_margin_percent):
+        return False
+    speed = test.departures[0].speed_mps
+    return speed is not None and speed <= lowest + SPEED_TOLERANCE
 
 
 def fit_lines(answer: FitAnswer) -> list[str]:
@@ -112,7 +127,9 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         "ln F = sum of coefficient x term; F in N, d and h in m, v in m/s",
         *table(header, zip(*columns, strict=True)),
         f"state-to-state SD {scatter} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
-        f"RMSE {answer.rmse_N:.2f} N, R^2 {answer.r_squared:.4f}, condition number {answer.condition_number:.0f}",
+        f"RMSE {answer.rmse_N:.2f} N, R^2 of ln F {answer.r_squared:.4f}, condition number "
+        f"{answer.condition_number:.0f}",
+        *_above_lines(answer),
         *place_lines(answer),
         *other_lines(answer),
         "",
@@ -120,6 +137,12 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *fit_notes(answer),
     ]
+
+
+def _above_lines(answer: FitAnswer) -> list[str]:
+    """Which fitted states lie above the bound; nothing where none does."""
+    names = ", ".join(answer.states_above_bound)
+    return [f"above the bound of this map: {names}; look at their recordings (forcemap inspect)"] if names else []
 
 
 def _figures(values: Iterable[float | None], digits: str) -> list[str]:
@@ -165,9 +188,11 @@ def _verdict(answer: FitAnswer) -> str:
     beyond = ""
     # the miss is a share of the measured force, the bound lies above the predicted one
     if answer.accuracy.on != ON_TEST and 100 * worst / (100 - worst) > high:
+        name = answer.accuracy.worst_state
         beyond = (
-            ", more than the bound adds to the whole map: what is left out is predicted without itself, at an end by "
-            "extrapolation, where its bound would be wider"
+            f" (at {name}, WHICH LIES ABOVE THE BOUND of the map, too: look at its recordings, forcemap inspect)"
+            if name in answer.states_above_bound
+            else f" (at {name}, left out for that; in the map it counts, whose bound lies above it)"
         )
     return (
         f"SAFE SPEEDS {follow}{only}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "

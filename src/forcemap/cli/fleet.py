@@ -97,10 +97,14 @@ class _Ask:
 
 def _known(folder: str, ask: _Ask) -> FleetCampaign | None:
     """The campaign as it was found last, if nothing has changed since; None if it has to be made."""
+    from forcemap.report import altered
+
     root, report = Path(folder), Path(folder, REPORT_FILE)
     try:
         memory = Memory.read(root)
         if memory is None or not report.exists() or file_sha256(report) != memory.report_sha256:
+            return None
+        if altered(report):
             return None
         conditions = _conditions(root)
         if rests_on(root, *named_limits(root, conditions, areas_from(folder, ask.areas))) != memory.rests_on:
@@ -210,6 +214,7 @@ def _changes(folder: Path, report: Path) -> list[str]:
     files = ((since.changed, "changed"), (since.new, "new"), (since.vanished, "gone"))
     words = [one_line(f"{name} {what}") for names, what in files for name in names]
     words += [] if since.intact else ["the report was altered"]
+    words += ["the list of its inputs was altered"] if since.list_altered else []
     words += [] if since.software == f"forcemap {__version__}" else [f"made by {since.software}"]
     return words or ["body areas, tables of limits, or what fleet knew of it"]
 

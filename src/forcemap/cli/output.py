@@ -323,7 +323,7 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     """What the states of a place share, beside what is a state's own; nothing for a map that was not fitted."""
     if answer.places is None or answer.place_sd_percent is None:
         return []
-    places = f"{answer.places} places ({1000 * PLACE_SIZE:g} mm apart is another one):"
+    places = f"{answer.places} places (those within {1000 * PLACE_SIZE:g} mm count as one):"
     if not answer.place_correlation:
         return [
             f"{places} too few have several states to tell what the states of a place share; a "

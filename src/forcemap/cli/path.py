@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Any
 
+import numpy as np
 from typer import Argument, Option
 
 from forcemap import Allowance, ForceMap, Task, ToolPath, path_speeds, place_task
@@ -166,6 +167,9 @@ _FASTEST = 10
 _LEAST_GAIN = 0.05
 """Time gained [s] that is worth saying: less is shown as 0.0 s."""
 
+_SHORT = 0.001
+"""Of the slowest piece [m], below which its length is said; a choice: shorter than any motion that is programmed."""
+
 _ROUNDING = 1e-6
 """Of a figure in millimetres: what rounding leaves of 525.0000001."""
 
@@ -181,7 +185,7 @@ _HINTS = {
 _TOO_SLOW = (
     "unconfirmed: a piece counts all places up to {tolerance_mm:g} mm beside it (position tolerance), so it may be "
     "refused where forcemap speed has a speed; end the descent higher, move the path to where forcemap speed-map has "
-    "higher speeds (forcemap place finds where the table stands best), or measure at lower speeds there (forcemap next)"
+    "higher speeds{place}, or measure at lower speeds there (forcemap next)"
 )
 _HINTS_BY_REASON = {
     "unconfirmed": _TOO_SLOW,
@@ -205,6 +209,7 @@ def path_lines(
     """
     rows, reasons, several = [], [], len(answer.maps) > 1
     turns = _turns(answer)
+    only_turns = len(turns) == sum(piece.outcome in _NO_DIRECTION for piece in answer.pieces)
     for (name, outcome, reason, governed_by, map_name, _), group in itertools.groupby(
         answer.pieces,
         key=lambda each: (each.segment, each.outcome, each.reason, each.governed_by, each.map_name, each.too_fast),
@@ -224,8 +229,8 @@ def path_lines(
         *speed_first(_verdict(answer), answer),
         *reasons,
         *_turn_lines(turns),
-        *_hints(answer, _but_turns(answer, turns)),
-        *gap_lines(answer.gaps, suggest=answer.suggestion is None),
+        *_hints(answer, [each for each in answer.refusals if not (only_turns and each.outcome in _NO_DIRECTION)]),
+        *gap_lines([] if only_turns else answer.gaps, suggest=answer.suggestion is None),
         *([] if answer.suggestion is None else suggestion_lines(answer.suggestion, suggested)),
         "",
         f"Speeds to program along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m; at contact "
@@ -247,11 +252,17 @@ def _length(metres: float) -> str:
 
 
 _NO_DIRECTION = ("not_downward", "no_map")
+_LONGEST_TURN = 0.005
+"""Of a piece that a missing row may explain [m]: what a robot does between two rows, 20 ms at 0.25 m/s."""
+_LONGEST_MISNAMED = 0.001
+"""Of a piece that already goes as the next segment [m], whose row may be named after the old one; a choice."""
+_STRAY = 3.0
+"""Angle that rounding of a log turns a piece by [degrees]: 0.01 mm in 0.2 mm; a choice."""
 
 
 def _turns(answer: PathAnswer) -> list[PieceAnswer]:
-    """Pieces of a log refused for their direction alone because it has no row where the motion turns into the next
-    segment: the last of their segment, no longer than the position tolerance, after one with permission."""
+    """Pieces of a log refused for their direction alone that may be the chord across a corner without a row of its own:
+    the short last one of a segment, after a piece with permission, pointing between the motions before and after."""
     if not answer.timed:
         return []
     return [
@@ -259,22 +270,30 @@ def _turns(answer: PathAnswer) -> list[PieceAnswer]:
         for before, piece, after in zip(answer.pieces, answer.pieces[1:], answer.pieces[2:], strict=False)
         if piece.outcome in _NO_DIRECTION
         and before.segment == piece.segment != after.segment
-        and before.outcome not in _NO_DIRECTION
-        and piece.length_m <= answer.position_tolerance_m
+        and before.speed_mps is not None
+        and piece.length_m <= _LONGEST_TURN
+        and _cuts_corner(before, piece, after)
     ]
 
 
-def _but_turns(answer: PathAnswer, turns: Sequence[PieceAnswer]) -> list[Refused]:
-    """The refusals, but those for a direction where all such pieces are turns: these have a line of their own."""
-    others = sum(piece.outcome in _NO_DIRECTION for piece in answer.pieces) > len(turns)
-    return [each for each in answer.refusals if others or each.outcome not in _NO_DIRECTION]
+def _cuts_corner(*pieces: PieceAnswer) -> bool:
+    """True if the second of three pieces points between the first and the last, or along one if these are opposite."""
+    if not all(piece.length_m for piece in pieces):
+        return False
+    before, chord, after = (np.subtract(piece.to_m, piece.from_m) / piece.length_m for piece in pieces)
+    turn, first, second = angle_between(before, after), angle_between(before, chord), angle_between(chord, after)
+    if turn > 180 - _STRAY:
+        return min(first, second) < _STRAY
+    own = pieces[1].length_m > _LONGEST_MISNAMED and second < _STRAY  # a motion as the next one, but of some length
+    return first + second < turn + _STRAY and not own
 
 
 def _turn_lines(turns: Sequence[PieceAnswer]) -> list[str]:
-    """What to do where a log lacks the row of a corner."""
+    """What to do where a log may lack the row of a corner."""
     return [
-        f"  at the end of {piece.segment} ({1000 * piece.length_m:.2g} mm): no row of the log lies where the motion "
-        "turns into the next segment, so this piece points where neither goes; add the corner's row, or log more often"
+        f"  at the end of {piece.segment} ({1000 * piece.length_m:.2g} mm): if the robot turned there into the next "
+        "segment, name the row of the corner as the next segment, for a row names the motion from it; add it where it "
+        "is missing, or log more often; if the robot moved as the rows say, this piece has no permission"
         for piece in turns
     ]
 
@@ -367,9 +386,11 @@ def _slowest(answer: PathAnswer) -> list[str]:
         return []
     of_map = f" in {piece.map_name}" if len(answer.maps) > 1 else ""
     capped = ", capped at the highest speed measured there" if piece.outcome == "capped" else ""
+    length = math.dist(piece.from_m, piece.to_m)
+    alone = f", over {1000 * length:.2g} mm alone, as where a log has no row at a corner" if length < _SHORT else ""
     return [
         f"slowest: {shown(piece.speed_to_program_mps)} m/s on {piece.segment} from {_place(piece.from_m)} to "
-        f"{_place(piece.to_m)}: {piece.limit_N:g} N, {piece.governed_by}{of_map}{capped}"
+        f"{_place(piece.to_m)}: {piece.limit_N:g} N, {piece.governed_by}{of_map}{capped}{alone}"
     ]
 
 
@@ -446,6 +467,7 @@ def _hints(answer: AlongAnswer, refusals: Sequence[Refused]) -> list[str]:
     figures = {
         "inside": "; ".join(_inside(each, several=len(answer.maps) > 1) for each in answer.inside),
         "tolerance_mm": 1000 * answer.position_tolerance_m,
+        "place": "" if isinstance(answer, PlacesAnswer) else " (forcemap place finds where the table stands best)",
     }
     hints = [hint for outcome, hint in _HINTS.items() if outcome in outcomes]
     hints += [hint for kind, hint in _HINTS_BY_REASON.items() if kind in kinds]
@@ -478,7 +500,13 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             for part in answer.refusals
         ]
         lines += _hints(answer, answer.refusals)
-        if {part.outcome for part in answer.refusals} <= {"outside", "unconfirmed"}:
+        if answer.without:
+            lines.append(
+                f"  {_listed(answer.without)}: a part has a speed at none of the positions, also where it lies in the "
+                "measured range: another position hardly helps; measure at lower speeds (forcemap next), or see "
+                "whether the limits of the task are right"
+            )
+        elif {part.outcome for part in answer.refusals} <= {"outside", "unconfirmed"}:
             finer = (answer.finer_step_m or answer.step_m) / 2
             lines.append(f"  a finer grid may still have one: --step-m {finer:g}, which takes longer")
     else:
@@ -494,6 +522,11 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             f"of positions every {answer.finer_step_m or answer.step_m:g} m outwards and in height (--step-m); across, "
             "the table stays where the path's y has it: shift y and ask again",
         ]
+        if answer.too_fast_share:
+            lines.append(
+                f"  ! programmed too fast there on {_percent(answer.too_fast_share)} of the path: slow down to the "
+                "speeds that forcemap path has there"
+            )
         if answer.as_fast > 1:
             lines.append(
                 f"  {answer.as_fast} positions are as fast to 1 ms; this one allows the highest speeds of them"

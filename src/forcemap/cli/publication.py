@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.assessment.folder import campaign_inputs, is_standard_input
+from forcemap.assessment.folder import campaign_inputs, campaign_limit_table, is_standard_input
 from forcemap.campaigns.campaign import campaign_folder
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE
@@ -23,7 +23,7 @@ from forcemap.cli.output import Progress, emit
 from forcemap.cli.publication_tables import tables_of
 from forcemap.files import new_folder, read_bytes, sha256, write_atomically
 from forcemap.maps.map_file import map_text
-from forcemap.speeds.basis import doubts_of_fit
+from forcemap.speeds.basis import doubts_of_fit, own_limits_unused
 from forcemap.words import sentence, sentences
 
 _PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
@@ -66,8 +66,10 @@ def publication(
     size = drawn_width(width)
     with TemporaryDirectory() as passing:
         campaign = _as_folder(folder, passing)
-        inputs, source = [file.path for file in campaign_inputs(campaign)], Source(campaign, form)
+        source = Source(campaign, form)
         dataset, force_map = source.impacts(Kind.GRID), source.force_map
+        own = campaign_limit_table(campaign, dataset.conditions).file
+        inputs = [file.path for file in campaign_inputs(campaign, further=filter(None, [own]))]
         target = new_folder(output)  # before anything is drawn
         tables, left_out, no_speed = tables_of(source, Choices(area=area, moving_mass=moving_mass if area else None))
         parts: dict[str, bytes] = {f"data/{name}": read_bytes(Path(campaign, name)) for name in inputs}
@@ -82,7 +84,7 @@ def publication(
                 except fm.ForcemapError as error:
                     left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
-    first = [line for line in sentences([dataset.binding.reason or "", *_doubts(force_map)]) if line]
+    first = [line for line in sentences([dataset.binding.reason or "", *_doubts(force_map, area)]) if line]
     mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
     of_form = [f"--form {form}"] * bool(form)
     options = [f"--area {area}" if area else "no --area", *of_form, *mass, f"--width {width}", *["--grey"] * grey]
@@ -104,10 +106,11 @@ def publication(
     emit(said | {"simulated": dataset.simulated}, lines, as_json=as_json)
 
 
-def _doubts(force_map: fm.ForceMap) -> list[fm.Finding]:
-    """What must be said of a map before anything that rests on it."""
-    transfer = force_map.require_fit().transfer
-    return [*(transfer.warnings if transfer else ()), *doubts_of_fit(force_map), *force_map.conditions.doubts]
+def _doubts(force_map: fm.ForceMap, area: str | None) -> list[fm.Finding]:
+    """What must be said of a map, and of the limits of an area, before anything that rests on them."""
+    transfer, conditions = force_map.require_fit().transfer, force_map.conditions
+    limits = own_limits_unused(fm.force_limit(area), conditions) if area else []
+    return [*(transfer.warnings if transfer else ()), *limits, *doubts_of_fit(force_map), *conditions.doubts]
 
 
 def _as_folder(named: str, passing: str) -> str:
@@ -199,10 +202,9 @@ def _readme(
     again *= counts[0] > counts[1]
     files = [name.removeprefix("data/") for name in parts if name.startswith("data/")]
     data = ", ".join(dict.fromkeys(f"`{name.partition('/')[0]}{'/' * ('/' in name)}`" for name in sorted(files)))
+    simulated = ["SIMULATED: not a measurement of any robot."] * dataset.simulated
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
-    lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
-    for line in first:
-        lines += [f"**{line}**", ""]
+    lines += [part for line in (*simulated, *first) for part in (f"**{line}**", "")]
     lines += [
         "Estimated from measurements; nothing here certifies a robot or a cell.",
         "",
@@ -218,6 +220,7 @@ def _readme(
         "",
         f"Form of the map: {force_map.form.name}{fits}; `forcemap evaluate data --forms` compares it with others.",
         f"Made with {', '.join(options)}{'' if 'no --area' in options else _OF_AREA}.",
+        f"States were found {dataset.states_found}: repeatability is that of these.",
         "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
         f"error ({less}): to these the map is fitted, and figures and other tables show them.",
         "In `dataset.csv`, `impacts_used` counts those below the device range; a map has those above it, too, as at "

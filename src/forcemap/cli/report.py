@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import shlex
@@ -16,6 +17,7 @@ import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.cli import planned
 from forcemap.cli.options import (
     BoundOption,
@@ -168,14 +170,16 @@ def _report_atlas(
     from forcemap.report import atlas_html
 
     atlas, root = fm.read_atlas(source, map_of=map_of_folder), default_file(source, "")
-    assessments, reports, files, lines = {}, {}, [], sentences(atlas.warnings)
-    for campaign in atlas.campaigns:
-        folder = root / campaign.name
-        if folder.is_dir():
-            assessments[campaign.name] = _assessment(folder, **case)
-            files += write_report(assessments[campaign.name], folder / REPORT_FILE, date, pdf=pdf)
-            reports[campaign.name] = os.path.relpath(folder / REPORT_FILE, target.parent).replace(os.sep, "/")
-            lines += [f"{campaign.name}:", *(f"  {line}" for line in answer_lines(assessments[campaign.name]))]
+    folders = {each.name: root / each.name for each in atlas.campaigns if (root / each.name).is_dir()}
+    assessments = {name: _assessment(folder, **case) for name, folder in folders.items()}
+    _require_replaceable(None, target, "", pdf=pdf)  # of all, before any is written
+    for name, folder in folders.items():
+        _require_replaceable(assessments[name], folder / REPORT_FILE, "", pdf=pdf)
+    reports, files, lines = {}, [], sentences(atlas.warnings)
+    for name, folder in folders.items():
+        files += write_report(assessments[name], folder / REPORT_FILE, date, pdf=pdf)
+        reports[name] = os.path.relpath(folder / REPORT_FILE, target.parent).replace(os.sep, "/")
+        lines += [f"{name}:", *(f"  {line}" for line in answer_lines(assessments[name]))]
     html = atlas_html(atlas, assessments, reports, software=f"forcemap {fm.__version__}", date=date)
     write_result(str(target), html, mark='name="forcemap-report"')
     files.append(str(target))
@@ -202,14 +206,10 @@ def write_report(
 
     `again` is the command that asked for it, without the file.
     """
-    from forcemap.report import LIST_ENDING, PDF, inputs_list, is_inputs_list, report_html, report_pdf
+    from forcemap.report import LIST_ENDING, inputs_list, report_html, report_pdf
 
-    _require_no_answer_lost(assessment, target, again)
+    _require_replaceable(assessment, target, again, pdf=pdf)
     beside, listed = target.with_suffix(".pdf"), target.with_suffix(LIST_ENDING)
-    if listed.exists() and not is_inputs_list(read_bytes(listed)):
-        raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
-    if pdf and beside.exists() and not read_bytes(beside).startswith(PDF):
-        raise fm.InputError("this is another file, not an earlier report; choose another name", file=str(beside))
     head = "" if register is None else _register_head(register)
     beside_inputs = target.resolve().parent.name == assessment.name
     named = f"{assessment.name}/{target.name}" if beside_inputs else target.name
@@ -237,29 +237,51 @@ def _register_head(where: str) -> str:
         return str(head(connection))
 
 
-def _require_no_answer_lost(assessment: fm.CampaignAssessment, target: Path, again: str) -> None:
-    """Refuse to replace a report that was altered, or that answers for what the new one does not."""
-    from forcemap.report import MadeFor, read_seal
+def _require_replaceable(assessment: fm.CampaignAssessment | None, target: Path, again: str, *, pdf: bool) -> None:
+    """Refuse to write over a report that was altered, or that answers for what the new one does not, or another file.
 
-    if not target.exists():
-        return
-    try:
-        sealed = read_seal(read_bytes(target), str(target))
-    except fm.InputError:  # no report that says so: `write_result` judges it
-        return
-    earlier, wanted = sealed.made_for, MadeFor.of(assessment)
-    if not wanted.answers_for(earlier):
-        was, now = earlier.unlike(wanted), wanted.unlike(earlier)
-        lost = f"was made for {was or 'what it does not state'}, not for {now}: it is not replaced, because its answer"
-    elif not sealed.intact:
-        lost = "was ALTERED since it was written: it is not replaced, because the trace of that"
-    else:
+    Without an assessment it is the page of an atlas, which has neither a list nor a PDF.
+    """
+    from forcemap.report import LIST_ENDING, PDF, is_inputs_list
+
+    beside, listed = target.with_suffix(".pdf"), target.with_suffix(LIST_ENDING)
+    if target.exists():
+        _require_no_answer_lost(assessment, target, again)
+    elif assessment and listed.exists():
+        page = next((each for end in (".html", ".htm") if (each := target.with_suffix(end)).exists()), None)
+        if page:
+            raise fm.InputError(f"this is the list of {page.name}; choose another name", file=str(listed))
+        if not is_inputs_list(read_bytes(listed)):
+            raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
+    if pdf and assessment and beside.exists() and not read_bytes(beside).startswith(PDF):
+        raise fm.InputError("this is another file, not an earlier report; choose another name", file=str(beside))
+
+
+def _require_no_answer_lost(assessment: fm.CampaignAssessment | None, target: Path, again: str) -> None:
+    """Refuse to replace a report that was altered, or that answers for what the new one does not."""
+    from forcemap.report import LIST_ENDING, MadeFor, altered, is_atlas_page, is_report, read_seal
+
+    content, lost = read_bytes(target), []
+    if what := altered(target):
+        lost.append(f"{what} was ALTERED since it was written{_SEALED * is_atlas_page(content)}, which is evidence")
+    if is_report(content) and is_atlas_page(content) != (assessment is None):
+        lost.append("this is the report of a campaign" if assessment is None else "this is the page of an atlas")
+    elif assessment:
+        with contextlib.suppress(fm.InputError):  # no report that says what it answers for: `write_result` judges it
+            earlier = read_seal(content, str(target)).made_for
+            if not (wanted := MadeFor.of(assessment)).answers_for(earlier):
+                was, now = earlier.unlike(wanted) or "what it does not state", wanted.unlike(earlier)
+                lost.append(f"this report was made for {was}, not for {now}, and its answer would be lost")
+    if not lost:
         return
     free = next(each for i in itertools.count(2) if not (each := target.with_stem(f"{target.stem}-{i}")).exists())
-    beside = f": {again} -o {shlex.quote(str(free))}" if again else " with -o"
-    raise fm.InputError(
-        f"this report {lost} would be lost; move it away, or name another file{beside}", file=str(target)
-    )
+    other = f", or name another file: {again} -o {shlex.quote(str(free))}" if again else ""
+    listed = target.with_suffix(LIST_ENDING)
+    both = f"move it and {listed.name} away and keep both" if listed.exists() else "move it away and keep it"
+    raise fm.InputError(f"{'; '.join(lost)}: it is not replaced; {both}{other}", file=str(target))
+
+
+_SEALED = " (or is of an earlier version, without a seal)"
 
 
 def _verify(file: str, folder: str, *, as_json: bool) -> int:
@@ -278,29 +300,39 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     groups = (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new))
     for title, files in (*groups, ("Only line ends changed", changes.line_ends)):
         lines += listing(title, map(printable, files)) if files else []
+    if CAMPAIGN_FILE in changes.changed:
+        lines.append(f"What {CAMPAIGN_FILE} said when the report was written stands in its sections 2 to 4")
     if not (changes.inputs_hold or changes.listed):
-        lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
+        lines.append("The inputs are not those of the digest; which of them changed, the list tells as it was written")
     lines.append(f"{changes.unchanged} input files as then")
     if changes.not_compared:
-        lines += listing("Not compared, as the report does not rest on them", map(printable, changes.not_compared))
+        title = "Not compared, as the report does not list them among its inputs"
+        lines += listing(title, map(printable, changes.not_compared))
     lines.append(f"Digest of the input files on page 1 of the report: {changes.digest}")
     if changes.digest_now != changes.digest:
         lines.append(f"Digest of the input files as they are now: {changes.digest_now}")
     emit(result, lines, as_json=as_json)
-    return 0 if changes.holds else 1
+    return 0 if changes.holds else 2 if changes.nothing_changed else 1
 
 
 def _compared(changes: Verification) -> str:
-    """Whether a report is as it was written, and what to do if it is not."""
-    if changes.holds:
+    """Whether a report and all that it rests on are as they were, and what to do if not."""
+    tables = ", ".join(f"{digits}..." for digits in changes.tables_not_compared)
+    lacking = f"its table of limits (SHA-256 {tables}) is no file of the folder and was not compared" if tables else ""
+    if changes.nothing_changed and lacking:
+        do = "compare it with the one in force before you sign, or put it into the folder and have the report rewritten"
+        return f"CANNOT TELL whether all is as when the report was written: {lacking}; {do}"
+    if changes.nothing_changed:
         return "Unchanged: the report and its input files are as they were when it was written"
+    what = ["the report file"] * (not changes.intact) + ["the list of its inputs"] * changes.list_altered
+    what += ["input files"] * (not changes.inputs_hold)
     if not changes.intact:
         do = "do not sign it; keep this file, and ask for the report as it was written"
-    elif changes.list_altered:
+    elif changes.inputs_hold:
         do = "do not sign it before the list beside it is the one that was written"
     else:
         do = "do not sign it; ask who changed what, then restore it or have the report written anew"
-    return f"SOMETHING CHANGED since the report was written: {do}"
+    return f"CHANGED since the report was written: {', '.join(what)}; {do}{f'; also {lacking}' if lacking else ''}"
 
 
 def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:

@@ -304,9 +304,7 @@ def _own(force_map: ForceMap, dataset: ImpactDataset) -> list[str]:
 
 def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: list[str]) -> tuple[LeftOutState, ...]:
     """The states that do not count, and why."""
-    facets = force_map.measured_range.facets
-    allowed = np.abs(facets[:, :3]) @ dataset.tolerance.scale  # how far repeats of a state may lie across each facet
-    beyond = np.any(states.coordinates @ facets[:, :3].T + facets[:, 3] > allowed, axis=1)
+    beyond = ~force_map.measured_range.near(states.coordinates, dataset.tolerance.scale)
     unread = force_map.predict(*states.coordinates.T) >= dataset.device_range
     why = np.full(len(states), None, dtype=object)
     why[unread] = Finding.of(FindingKind.PREDICTED_ABOVE_RANGE, range_N=dataset.device_range)

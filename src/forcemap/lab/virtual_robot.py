@@ -119,6 +119,11 @@ class VirtualRobot:
         InputError
             Not positive and finite, or the robot retreats.
         """
+        if self.reaction.kind is ReactionKind.RETREAT:
+            raise InputError(
+                f"clamping force: found {force:g} N for {self.name}, which retreats and holds nothing; expected one "
+                "that stops and holds, as the presets iiwa7-like-30nm and iiwa7-like-10nm"
+            )
         return self._changed(f"clamping force {force:g} N", reaction=replace(self.reaction, hold_force=force))
 
     def with_payload(self, mass: float, centre_of_mass: ArrayLike = (0.0, 0.0, 0.05)) -> Self:

@@ -47,8 +47,8 @@ class Accuracy:
     skipped_states : int
         States that could not be left out because the others do not determine the map.
     outside_states : int or None
-        Of the states compared, how many lie outside the map's measured range, where it is continued; None where states
-        are left out in turn, and for other models.
+        Of the states compared, how many lie outside the map's measured range, where it is continued, by more than
+        repeats of a state may differ; None where states are left out in turn, and for other models.
     """
 
     on: str
@@ -165,7 +165,7 @@ def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str =
         )
     states = dataset.states
     compared = Accuracy.of(force_map.predict(states.distance, states.height, states.speed), states, on=on)
-    inside = force_map.measured_range.contains(*states.uncensored.coordinates.T)
+    inside = force_map.measured_range.near(states.uncensored.coordinates, dataset.tolerance.scale)
     return replace(compared, outside_states=int(np.sum(~inside)))
 
 

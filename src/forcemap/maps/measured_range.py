@@ -82,6 +82,12 @@ class MeasuredRange:
         low, high = self.speeds(distance, height)
         return np.asarray((low - TOLERANCE <= speed) & (speed <= high + TOLERANCE))
 
+    def near(self, coordinates: FloatArray, reach: FloatArray) -> Mask:
+        """True for states (d, h, v), shape (m, 3), in the hull or beyond it by at most `reach` along every axis."""
+        facets = self.facets
+        beyond = coordinates @ facets[:, :3].T + facets[:, 3] > np.abs(facets[:, :3]) @ reach
+        return np.asarray(~beyond.any(axis=1))
+
     def _snap(self, speed: FloatArray) -> FloatArray:
         """The speed of a state where one is this close, so that a measured 0.2 m/s reads 0.2 m/s."""
         measured = np.unique(self.points[:, 2])

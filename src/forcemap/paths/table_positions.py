@@ -34,6 +34,8 @@ _STEPS_AROUND = 5  # of `around`; as many as make a step of the grid before, whi
 _PIECES_AT_ONCE = 1000  # of the path at several positions; a choice: progress is seen about every half second
 _AS_FAST = 5e-4  # [s]; half of the last digit of a cycle time
 _ROUNDING = 1e-9  # of a step; a multiple this close beyond the range belongs to it
+_DIGITS = 9  # of a share, and of a length [m]: what rounding leaves of equal ones
+_POSITIONS_TELL = 5  # with a piece in the measured range and without a speed, until another hardly helps; a choice
 _DECIMALS = 12  # of a position [m], so that multiples of a step read as they are stated
 
 
@@ -64,6 +66,9 @@ class TaskPlaces:
         What the cycle times rest on.
     notes : tuple of Finding
         What else they depend on.
+    without : tuple of str
+        Segments with a piece that has a speed at no position, though it lies in the measured range at several: another
+        position hardly helps.
     """
 
     distance: FloatArray
@@ -77,6 +82,7 @@ class TaskPlaces:
     closest_speeds: PathSpeeds
     bases: tuple[Basis, ...]
     notes: tuple[Finding, ...]
+    without: tuple[str, ...] = ()
 
     @property
     def best(self) -> tuple[float, float, float] | None:
@@ -179,6 +185,7 @@ def place_task(
     duration, standard, permitted, lowest = np.full((4, distance.size, height.size), np.nan)
     closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
     fullest: PathSpeeds | None = None
+    ever, inside = np.zeros((2, len(path.resampled(LONGEST_PIECE))), dtype=np.int64)
     case: dict[str, Any] = {"bound": bound, "allowance": allowance, "table": table}
     for number, (i, j), speeds in _at_positions(atlas, path, task, distance, height, **case):
         duration[i, j] = speeds.allowed.duration
@@ -186,23 +193,27 @@ def place_task(
         lowest[i, j] = speeds.constant.speed
         lengths = speeds.path.lengths
         permitted[i, j] = lengths[~speeds.refused].sum() / lengths.sum()
-        rank = (float(permitted[i, j]), -float(lengths[speeds.outcome == PieceOutcome.OUTSIDE].sum()))
+        out = float(lengths[speeds.outcome == PieceOutcome.OUTSIDE].sum())
+        rank = (round(float(permitted[i, j]), _DIGITS), -round(out, _DIGITS))
         if closest is None or rank > closest[0]:
             closest = (rank, (float(distance[i]), float(height[j])), speeds)
         if fullest is None or len(speeds.bases) > len(fullest.bases):
             fullest = speeds
         if progress is not None:
             progress(number)
+        ever, inside = ever | ~speeds.refused, inside + (speeds.outcome == PieceOutcome.UNCONFIRMED)
     assert closest is not None
     assert fullest is not None
     most = (*closest[1], closest[0][0])
+    never = np.flatnonzero((ever == 0) & (inside >= _POSITIONS_TELL))
+    without = tuple(dict.fromkeys(closest[2].path.names[piece] for piece in never.tolist()))
     best: PathSpeeds | None = None
     if not np.isnan(duration).all():
         i, j = _best(duration, lowest)
         (best,) = path_speeds_at(atlas, path, [np.array([distance[i], 0.0, height[j]])], task, **case)
         fullest = best if len(best.bases) >= len(fullest.bases) else fullest
     grids = (duration, standard, permitted, lowest)
-    return TaskPlaces(distance, height, *grids, best, most, closest[2], fullest.bases, fullest.notes)
+    return TaskPlaces(distance, height, *grids, best, most, closest[2], fullest.bases, fullest.notes, without)
 
 
 def _at_positions(

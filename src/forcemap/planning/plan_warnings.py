@@ -67,6 +67,17 @@ def unchecked(expectation: Expectation | None, device: Device, limit: float) -> 
         yield Finding.of(FindingKind.NO_RANGE_TO_CHECK)
 
 
+def above_range(states: FloatArray, expectation: Expectation | None, device: Device) -> Iterator[Finding]:
+    """How many planned states, shape (n, 3), may exceed the device range if forces are as much above the standard's
+    coarse model as they may be."""
+    if not isinstance(expectation, StandardExpectation) or math.isnan(device.range):
+        return
+    at_worst = factor_of(expectation) * expected_forces(expectation, states)
+    if above := int(np.sum(at_worst > device.highest_limit)):
+        figures = {"factor": factor_of(expectation), "most_N": device.highest_limit}
+        yield Finding.of(FindingKind.RANGE_AT_WORST, states=above, of=len(states), **figures)
+
+
 def unconfirmed(
     states: FloatArray, measurable: Mask, expectation: Expectation | None, limit: float, apart: float
 ) -> Iterator[Finding]:

@@ -304,8 +304,15 @@ def _require_report(report: Path, content: CampaignContent, found: _Speeds) -> t
     if not report.is_file():
         raise NotReleasable("there is no report of it; forcemap report writes it", file=str(report))
     areas = [] if content.points else [f"--area {limit.name}" for limit, _ in found.limits]  # else those of all points
-    again = f"move it away and write it again: {' '.join(['forcemap report', str(content.folder), *areas])}"
-    if not verify_report(str(report), str(content.folder)).holds:
+    command = " ".join(["forcemap report", str(content.folder), *areas])
+    again = f"move it away and write another, with the options that it was made with: {command}"
+    since = verify_report(str(report), str(content.folder))
+    if not since.intact or since.list_altered:
+        which = "the report" if not since.intact else "the list of inputs beside the report"
+        raise NotReleasable(
+            f"{which} was ALTERED since it was written: keep both as evidence; {again}", file=str(report)
+        )
+    if not since.nothing_changed:
         raise NotReleasable(f"the report is not of the campaign as it is now; {again}", file=str(report))
     made_for = read_seal(read_bytes(report), str(report)).made_for
     for limit, _ in found.limits:

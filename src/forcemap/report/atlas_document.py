@@ -6,6 +6,8 @@ import datetime
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from markupsafe import Markup
+
 from forcemap.assessment.assess_campaign import CampaignAssessment
 from forcemap.assessment.missing import Missing
 from forcemap.files import stated_date
@@ -14,6 +16,7 @@ from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas
 from forcemap.report.document import environment
 from forcemap.report.permission import headline, point_permission
+from forcemap.report.seal import seal, seal_tag
 from forcemap.words import of_maps, sentences
 
 
@@ -52,10 +55,11 @@ def atlas_html(
         speeds = [] if assessment is None or campaign.force_map is None else assessment.speeds
         lines = [headline(results) for results in speeds]
         rows.append({"campaign": campaign, "headlines": lines, "why": why, "report": reports.get(campaign.name, "")})
-    return (
+    return seal(
         environment()
         .get_template("atlas.html")
         .render(
+            seal_tag=Markup(seal_tag()),
             atlas=atlas,
             c=atlas.conditions,
             rows=rows,

@@ -89,10 +89,7 @@ def report_html(
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
             headlines=(headlines := [headline(results) for results in assessment.speeds]),
-            nowhere=nowhere(
-                headlines,
-                None if isinstance(assessment.force_map, Missing) else assessment.force_map.measured_range,
-            ),
+            nowhere=nowhere(headlines),
             apart_cm=_apart_cm(assessment),
             permissions=permissions(assessment),
             permission_of=[permission(results, assessment) for results in assessment.speeds],

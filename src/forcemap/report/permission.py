@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
 from markupsafe import Markup
 
 from forcemap.assessment.assess_campaign import AssessedPoints, CampaignAssessment
@@ -17,7 +16,6 @@ from forcemap.assessment.point_results import PointOutcome, PointResult
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.protocol import Protocol
 from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
 
@@ -48,20 +46,28 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
-def nowhere(headlines: Sequence[dict[str, Any]], measured: MeasuredRange | None) -> list[str]:
+def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
     """Where headlines give no speed, in metres; those alike together, those that give none at all by their word."""
     groups: dict[str, list[str]] = {}
     for line in headlines:
         results = line["results"]
-        if line["kind"] == "partly" and results.open_box and measured:
-            *ends, count = results.open_box
-            (near, far), (low, high) = np.clip(np.transpose(ends), measured.lowest[:2], measured.highest[:2]).T
-            within = f"d {near:.3f} to {far:.3f} m, h {low:.3f} to {high:.3f} m"
-            where = f"{count} of {line['places']} places and around them, within {within}"
+        if line["kind"] in ("partly", "confirmed") and results.open_box:
+            (near, far), (low, high) = (_outwards(*ends) for ends in results.open_box)
+            places = f"{results.unconfirmed} of {line['places']} places and around them"
+            where = places if results.unconfirmed else f"between the {line['places']} places"
+            where += f", within d {near} to {far} m, h {low} to {high} m"
             groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
     refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
     parts = refused * any(line["kind"] == "refused" for line in headlines)
     return parts + [f"{' and '.join(names)}: {where}" for where, names in groups.items()]
+
+
+def _outwards(low: float, high: float) -> tuple[str, str]:
+    """Ends of a range [m] to the millimetre, the range no smaller for that."""
+    return f"{math.floor(1000 * low + _ROUNDING) / 1000:.3f}", f"{math.ceil(1000 * high - _ROUNDING) / 1000:.3f}"
+
+
+_ROUNDING = 1e-6  # of a figure in millimetres
 
 
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
@@ -24,6 +24,7 @@ from forcemap.assessment.missing import Missing, attempt
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, read_conditions
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
+from forcemap.limits.body_areas import standard_limit_table
 from forcemap.limits.force_limits import ForceLimit
 
 MARK = "forcemap-report/1"
@@ -36,9 +37,14 @@ PDF = b"%PDF"
 """How the content of a PDF begins."""
 
 _OPEN = "0" * 64
+_DIGITS = 12  # of a table's SHA-256 that name its version
 _LINE = re.compile(r"([0-9a-f]{64}|-)  (.+)")
 _TEXTS = (".csv", ".toml", ".txt", ".json")  # inputs whose line ends mail may change
-_SEAL = '<meta name="forcemap-report-sha256" content="{}">'
+_OWN = "forcemap-report-sha256"
+_SEAL = f'<meta name="{_OWN}" content="{{}}">'
+_HASH = re.compile(r"[0-9a-f]{64}")
+_MARKED_BY = 4000  # first bytes of a page, in which it says what it is
+_ALTERED = "ALTERED since it was written; do not sign it, keep this file, and ask for the report as it was written"
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,12 @@ class MadeFor:
         """As it stands in the page."""
         return json.dumps([self.areas, self.bound, *([] if self.refused is None else [self.form, self.refused])])
 
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """The first digits of the SHA-256 of its tables of limits."""
+        found = (re.search(rf", ([0-9a-f]{{{_DIGITS}}})\)$", area) for area in self.areas)
+        return tuple(dict.fromkeys(each[1] for each in found if each))
+
     def unlike(self, other: Self) -> str:
         """In words, areas and bound as far as they are not those of another report."""
         areas = "" if self.areas == other.areas else ", ".join(self.areas)
@@ -109,7 +121,7 @@ def refused_points(assessment: CampaignAssessment) -> tuple[str, ...]:
 
 def area_with_table(limit: ForceLimit) -> str:
     """A body area with the edition and the version of its table of limits."""
-    return f"{limit.name} ({limit.edition}, {limit.sha256[:12]})"
+    return f"{limit.name} ({limit.edition}, {limit.sha256[:_DIGITS]})"
 
 
 @dataclass(frozen=True)
@@ -185,23 +197,66 @@ def read_seal(content: bytes, file: str) -> Sealed:
     try:
         page = content.decode("utf-8")
     except UnicodeDecodeError:
-        raise InputError("not a text in UTF-8, expected the HTML file of a report", file=file) from None
-    reader = _Reader()
-    reader.feed(page)
-    if reader.meta.get("forcemap-report") != MARK:
+        was = f": a report that was {_ALTERED}" if is_report(content) else ", expected the HTML file of a report"
+        raise InputError(f"not a text in UTF-8{was}", file=file) from None
+    meta = _meta(page)
+    if meta.get("forcemap-report") != MARK:
         raise InputError(f"no report of schema {MARK}, expected the HTML file that forcemap report wrote", file=file)
-    own = reader.meta.get("forcemap-report-sha256", "")
-    digest = reader.meta.get("forcemap-inputs-sha256", "")
-    if not re.fullmatch(r"[0-9a-f]{64}", own) or not re.fullmatch(r"[0-9a-f]{64}", digest):
-        raise InputError("the report carries no hashes any more: it was altered; write it again", file=file)
+    digest = meta.get("forcemap-inputs-sha256", "")
+    if not _HASH.fullmatch(meta.get(_OWN, "")) or not _HASH.fullmatch(digest):
+        raise InputError(f"the report carries no hashes any more: it was {_ALTERED}", file=file)
     return Sealed(
-        software=reader.meta.get("generator", ""),
-        date=reader.meta.get("forcemap-date", ""),
+        software=meta.get("generator", ""),
+        date=meta.get("forcemap-date", ""),
         inputs_sha256=digest,
-        further=tuple(_unquoted(path) for path in reader.meta.get("forcemap-further-inputs", "").split("|") if path),
-        intact=_sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
-        made_for=MadeFor.read(reader.meta.get("forcemap-limits", "")),
+        further=tuple(_unquoted(path) for path in meta.get("forcemap-further-inputs", "").split("|") if path),
+        intact=is_intact(content),
+        made_for=MadeFor.read(meta.get("forcemap-limits", "")),
     )
+
+
+def is_report(content: bytes) -> bool:
+    """True if a file is a report of a campaign or an atlas, altered or not."""
+    return b'name="forcemap-report"' in content[:_MARKED_BY]
+
+
+def is_atlas_page(content: bytes) -> bool:
+    """True if a report is that of an atlas."""
+    return f'name="forcemap-report" content="{MARK}, atlas"'.encode() in content[:_MARKED_BY]
+
+
+def is_intact(content: bytes) -> bool:
+    """True if a report, of a campaign or an atlas, is as it was written; line ends may differ."""
+    try:
+        page = content.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    own = _meta(page).get(_OWN, "")
+    return _sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own
+
+
+def altered(report: str | Path) -> str:
+    """In words, what of a report that is there is not as it was written, the page or its list; empty if nothing is."""
+    content, beside = read_bytes(report), Path(report).with_suffix(LIST_ENDING)
+    if not is_report(content):
+        return ""
+    if not is_intact(content):
+        return "this report"
+    digest = _meta(content.decode("utf-8")).get("forcemap-inputs-sha256")
+    same = not digest or not beside.exists() or _digest(read_bytes(beside)) == digest
+    return "" if same else f"the list of inputs beside this report ({beside.name})"
+
+
+def _digest(listed: bytes) -> str:
+    """The digest of all inputs of a list."""
+    return inputs_sha256(InputFile(*entry) for entry in _read_list(listed).items())
+
+
+def _meta(page: str) -> dict[str, str]:
+    """The meta entries of the head."""
+    reader = _Reader()
+    reader.feed(page.partition("</head>")[0])
+    return reader.meta
 
 
 def _unquoted(path: str) -> str:
@@ -239,7 +294,10 @@ class Verification:
     unchanged : int
         Number of inputs that are as they were.
     not_compared : tuple of str
-        Files in the folder itself that are no input, such as tables of speeds: whether they changed is not told.
+        Files below the folder that are no input, such as tables of speeds: whether they changed is not told.
+    tables_not_compared : tuple of str
+        First digits of the SHA-256 of tables of limits that the report rests on, but which are no file of the folder
+        and not the standard's: whether they changed is not told.
     inputs_hold : bool
         True if the inputs are those of the digest that stands in the report.
     listed : bool
@@ -259,6 +317,7 @@ class Verification:
     line_ends: tuple[str, ...]
     unchanged: int
     not_compared: tuple[str, ...]
+    tables_not_compared: tuple[str, ...]
     inputs_hold: bool
     listed: bool
     list_altered: bool
@@ -268,9 +327,14 @@ class Verification:
     digest_now: str
 
     @property
-    def holds(self) -> bool:
-        """True if nothing changed, neither the report nor an input."""
+    def nothing_changed(self) -> bool:
+        """True if nothing that was compared changed, neither the report nor an input."""
         return self.intact and self.inputs_hold and not self.list_altered
+
+    @property
+    def holds(self) -> bool:
+        """True if nothing changed, and all that the report rests on was compared."""
+        return self.nothing_changed and not self.tables_not_compared
 
 
 def verify_report(report: str | Path, folder: str | Path) -> Verification:
@@ -295,7 +359,7 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
         said = f"compare the digest on its page 1 with this one, of the folder as it is now: {digest}"
         raise InputError(f"a PDF, as a print, is checked by its digest: {said}", file=str(report))
     sealed = read_seal(content, str(report))
-    listed = there is not None and inputs_sha256(InputFile(*entry) for entry in there.items()) == sealed.inputs_sha256
+    listed = there is not None and _digest(read_bytes(beside)) == sealed.inputs_sha256
     then = there if listed and there is not None else {}
     inputs = _inputs(folder, {*sealed.further, *then})
     now = {file.path: file.sha256 for file in inputs}
@@ -314,6 +378,7 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
         line_ends=line_ends,
         unchanged=len(then) - len(differing) - len(vanished) if listed else len(now) if same else 0,
         not_compared=_no_inputs(folder, {*now, *then}, {Path(report), beside}),
+        tables_not_compared=_elsewhere(sealed.made_for.tables, [*now.values(), *then.values()]),
         inputs_hold=not (changed or vanished or new) if listed else same,
         listed=listed,
         list_altered=there is not None and not listed,
@@ -330,10 +395,17 @@ def _inputs(folder: str | Path, further: set[str]) -> tuple[InputFile, ...]:
 
 
 def _no_inputs(folder: str | Path, inputs: set[str], own: set[Path]) -> tuple[str, ...]:
-    """Files in the folder itself that are neither an input nor the report's own; hidden ones left out."""
+    """Files below the folder that are neither an input nor the report's own; hidden ones left out."""
     beside = {path.resolve() for path in own}
-    files = (path for path in sorted(Path(folder).iterdir()) if path.is_file() and not path.name.startswith("."))
-    return tuple(path.name for path in files if path.name not in inputs and path.resolve() not in beside)
+    files = {path.relative_to(folder): path for path in sorted(Path(folder).rglob("*")) if path.is_file()}
+    shown = {below.as_posix(): path for below, path in files.items() if not any(p.startswith(".") for p in below.parts)}
+    return tuple(name for name, path in shown.items() if name not in inputs and path.resolve() not in beside)
+
+
+def _elsewhere(tables: Iterable[str], digests: Sequence[str]) -> tuple[str, ...]:
+    """Of tables of limits, by the first digits of their SHA-256, those that are neither an input nor the standard's."""
+    known = [*digests, standard_limit_table().sha256]
+    return tuple(table for table in tables if not any(digest.startswith(table) for digest in known))
 
 
 def _own_table(folder: str | Path) -> list[str]:

@@ -24,10 +24,11 @@ from forcemap.campaigns.dataset import (
     PhaseTwo,
     Quantity,
     States,
+    StateTolerance,
     contradictions,
     unit_finding,
 )
-from forcemap.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
+from forcemap.direction import RAISED_FROM, RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
@@ -200,7 +201,7 @@ def basis_of(
             *basis.warnings,
             *_clamping_unseen(basis),
             *basis.conditions.doubts,
-            *_own_limits_unused(limit, force_map.conditions),
+            *own_limits_unused(limit, force_map.conditions),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
             *doubts_of_fit(force_map),
@@ -232,7 +233,7 @@ def _clamping_unseen(basis: Basis) -> list[Finding]:
     return [Finding.of(FindingKind.CLAMPING_UNSEEN, unrecorded=unrecorded)] if basis.unseen else []
 
 
-def _own_limits_unused(limit: ForceLimit | NewtonLimit, conditions: Conditions) -> list[Finding]:
+def own_limits_unused(limit: ForceLimit | NewtonLimit, conditions: Conditions) -> list[Finding]:
     """That the limits are the standard's although the campaign names a file of its own, whose limits may be lower."""
     if not (isinstance(limit, ForceLimit) and conditions.limit_table.lower().endswith(".csv")):
         return []
@@ -353,8 +354,12 @@ def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     test = confirming_of(force_map.fit.test)  # also slower than it is to hold for now: a failure stays one
     low, _ = force_map.measured_range.speeds(test.distance, test.height)
     above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.slowest)
-    names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
-    return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names) if names else None
+    above &= ~np.isnan(low)
+    names = tuple(np.array(test.name)[above].tolist())
+    conditions = force_map.conditions
+    slower = int(np.sum(above & conditions.slower_than_map(conditions.as_stated(test.speed)))) or None
+    figures = {"slower": slower, "slowest_mps": conditions.slowest if slower else None}
+    return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names, **figures) if names else None
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
@@ -492,6 +497,9 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
         states = len(force_map.measured_range.points)
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
         note(kind.BOUND_OF_FORM, not ((tested := force_map.form_test) and tested.misses))
+    begins = float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0])
+    slow = begins < RAISED_FROM - StateTolerance().speed
+    note(kind.SLOWER_THAN_RAISED, slow, lowest_mps=begins, from_mps=RAISED_FROM, raised=RAISED_OFF_AXIS - 1)
     if fit is None:
         return notes
     notes.append(confirmed or Finding.of(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None))
