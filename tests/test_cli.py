@@ -263,6 +263,9 @@ def test_evaluate_counts_the_states_above_the_bound(ask, forcemap, example_folde
     own = ask("evaluate", table, "--map", tmp_path / "own.json")[1]
     assert own["new_states"] == len(fm.read_dataset(table).states) - 27
     assert own["new_states_above_bound"] == [hot]
+    (tmp_path / "campaign.toml").write_text('schema = "forcemap-campaign/1"\n[robot]\nspeed_error = 0.02\n')
+    again = ask("evaluate", table, "--map", tmp_path / "own.json")[1]  # other speeds, the same table: still its own
+    assert again["new_states"] == own["new_states"]
     map_file = tmp_path / "map.json"
     forcemap("fit", example_folders["kuka-iiwa7-30nm"], "-o", map_file)
     force_map = fm.read_map(map_file)

@@ -195,7 +195,8 @@ def test_repeats_named_as_states_of_their_own_are_one_state(apart):
         distance=d, height=h, speed=v, peak_force=[200, 201, 150, 202], state=["b", "b", "far", "a"],
         role=["train"] * 3 + ["test"],
     )  # fmt: skip
-    assert near.test.state.tolist() == ["b"]  # by its name a drift is told
+    assert near.test.state.tolist() == ["a"]
+    assert near.again.test.state.tolist() == ["b"]  # by its name a drift is told
     assert len(near.independent_test) == 0  # it shares the error of the training state
 
 

@@ -244,3 +244,22 @@ def test_a_pattern_that_names_files_with_their_ending_tells_the_device(tmp_path)
     found = rows(folder / "recordings.csv")
     assert {row["use"] for row in found if row["file"].startswith("soft/")} == {"used"}
     assert {row["use"] for row in found if not row["file"].startswith("soft/")} == {"discarded"}
+
+
+def test_a_state_measured_again_by_another_name_keeps_the_device_of_that_name(tmp_path):
+    """By the name that it had first its drift is told; its range is that of its own device."""
+    (tmp_path / "campaign.toml").write_text(
+        'schema = "forcemap-campaign/1"\n[[devices]]\nrecordings = "again-*"\nstiffness_N_per_m = 75000.0\n'
+        'range_N = 250.0\n[[devices]]\nrecordings = "*"\nstiffness_N_per_m = 75000.0\nrange_N = 500.0\n'
+    )
+    head = "state_id,role,distance_m,height_m,speed_mps,peak_force_N\n"
+    row = "{},0.7,0.3,0.25,{}\n"
+    table = tmp_path / "impacts.csv"
+    table.write_text(head + row.format("first,train", 200) + row.format("again-first,test", 240))
+    dataset = fm.read_dataset(table)
+    assert dataset.state.tolist() == ["first", "again-first"]
+    assert dataset.drift.states == 1
+    assert dataset.drift.change == pytest.approx(0.2)
+    table.write_text(head + row.format("first,train", 200) + row.format("again-first,test", 260))
+    with pytest.raises(fm.InputError, match="less than the device range of 250 N"):
+        fm.read_dataset(table)

@@ -101,7 +101,7 @@ def test_states_measured_again_tell_a_drift_whatever_their_names(named):
     assert drift.change == pytest.approx(0.3)
     assert len(dataset.disagreeing_repeats) == 3
     assert len(dataset.independent_test) == 0
-    assert ("as close as repeats and so one" in dataset.states_found) == (named != "as they were")
+    assert ("as close as repeats and so one" in dataset.states_found) == (named == "first repeat otherwise")
 
 
 @pytest.mark.parametrize("beside", ["a training state", "a test state"])

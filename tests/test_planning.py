@@ -225,7 +225,7 @@ def test_the_standards_model_is_doubled_because_maps_exceed_it():
     overload, line = sentences(plan.warnings)
     rows = zip(plan.distance.tolist(), plan.height.tolist(), plan.speed.tolist(), strict=True)
     states = dict(zip(rows, plan.expected_force.tolist(), strict=True))
-    above = sum(2 * force > DEVICE.range - DEVICE.error_or_default for force in states.values())
+    above = sum(max(2 * force, force + 190) > DEVICE.range - DEVICE.error_or_default for force in states.values())
     assert overload.startswith(f"the device may be overloaded at {above} of {len(states)} planned states: at worst, at")
     assert 0 < above < len(states)
     assert "2 times the expected force" in line

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import html5lib
@@ -20,10 +21,12 @@ import pytest
 
 import forcemap as fm
 from forcemap.assessment.missing import Missing
+from forcemap.assessment.place_speeds import OpenPlaces, _open_box
 from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.errors import MissingExtra
 from forcemap.files import sha256
 from forcemap.report import MadeFor, inputs_list, report_html, report_pdf
+from forcemap.report.permission import headline, nowhere
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
@@ -323,6 +326,26 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
         "A robot program made by forcemap export has lower speeds than these tables, and at fewer places"
         in " ".join(text_of(safe).split())
     )
+
+
+def test_places_without_a_speed_between_those_that_all_have_one_are_named(reports):
+    """And no place that the tables name without a speed is missed by the finer grid of the box."""
+    _, found, _ = reports("demo")
+    results = next(part for part in found.speeds if (part.limit.name, part.contact) == ("back_of_hand", "transient"))
+    (near, far), (low, high) = results.open_box
+    for group in results.open_places:
+        d, h = np.array(group.places).T
+        assert near <= d.min() <= d.max() <= far
+        assert low <= h.min() <= h.max() <= high
+    line = headline(results) | {"kind": "confirmed", "places": 39, "results": replace(results, open_places=())}
+    (said,) = nowhere([line])
+    assert re.fullmatch(r"back of hand, transient: between the 39 places, within d 0.520 to [\d.]+ m, h .* m", said)
+    fine = replace(results.speeds, speeds=replace(results.speeds.speeds, to_program_outcome=np.full((7, 7), "x")))
+    hole = OpenPlaces("why", ((0.7, 0.3),))  # smaller than the fine grid sees
+    (near, far), (low, high) = _open_box(fine, (hole,))
+    assert near < 0.7 < far
+    assert low < 0.3 < high
+    assert _open_box(fine, ()) is None
 
 
 def test_the_same_inputs_give_the_same_bytes(reports, tmp_path):

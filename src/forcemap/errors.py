@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 # Characters of a message, of a column's name (docs/decisions.md): they may quote a whole damaged file.
@@ -177,6 +177,12 @@ class MissingExtra(ForcemapError):
 _BREAKS = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029][\\s]*")
 # control characters, and marks that turn the direction of text
 _UNSEEN = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def few(names: Sequence[str], most: int, between: str = ", ") -> str:
+    """The first of many names, and how many more there are."""
+    more = len(names) - most
+    return between.join(names[:most]) + f" and {more} more" * (more > 0)
 
 
 def one_line(text: str) -> str:

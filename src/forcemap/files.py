@@ -16,6 +16,9 @@ from typing import Any, BinaryIO
 from forcemap.errors import InputError
 
 _PART = 1 << 17  # bytes read at once for a hash; a choice: most recordings are one part
+MARKED_BY = 4000
+"""First bytes of a result file, within which it says what it is."""
+
 _BEING_WRITTEN = ".forcemap-part-"
 
 

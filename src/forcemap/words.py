@@ -12,6 +12,7 @@ from collections.abc import Container, Iterable, Mapping
 from importlib import resources
 from typing import Any
 
+from forcemap.errors import few
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.speeds.basis import Basis
@@ -45,8 +46,7 @@ class _Figures(dict[str, Any]):
             name, _, how = name.rpartition("_")
             return {"listed": ", ", "and": " and "}[how].join(self[name])
         if name.endswith("_six"):
-            first, more = self[name[:-4]][:_LISTED], len(self[name[:-4]]) - _LISTED
-            return ", ".join(first) + (f" and {more} more" if more > 0 else "")
+            return few(self[name[:-4]], _LISTED)
         return getattr(self, f"_{name}")()
 
     def states(self, name: str) -> bool:

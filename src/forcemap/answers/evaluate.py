@@ -9,7 +9,7 @@ import numpy as np
 from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
 from forcemap.answers.answer import AllSaid
 from forcemap.answers.form_test import DriftAnswer, FormTestAnswer
-from forcemap.answers.map import above_bound
+from forcemap.answers.map import names_above_bound
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.force_map import ForceMap
@@ -52,7 +52,7 @@ class EvaluateAnswer(PlaceFigures):
         named["states_found"] = dataset.states_found
         named["new_states"] = len(new.states) if len(new) else 0
         named["new_states_censored"] = int(np.sum(new.states.impacts == 0)) if len(new) else 0
-        named["new_states_above_bound"] = above_bound(force_map, new.states) if len(new) else None
+        named["new_states_above_bound"] = names_above_bound(force_map, new.states) if len(new) else None
         drift = force_map.fit.drift if force_map.fit else None
         doubts = doubts_of_fit(force_map)
         return cls.from_result(force_map, **named, accuracies=accuracies, drift=drift, doubts=doubts)

@@ -16,7 +16,7 @@ from forcemap.campaigns.state import States
 from forcemap.comparisons.censoring_effect import censoring_effect
 from forcemap.errors import BoundNotAvailable
 from forcemap.maps.accuracy import Accuracy
-from forcemap.maps.bounds import ToleranceBound, margins
+from forcemap.maps.bounds import ToleranceBound, above_bound, margins
 from forcemap.maps.coefficients import coefficient_intervals
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
@@ -190,7 +190,7 @@ class FitAnswer(PlaceFigures):
             repeats=most,
             fewest_repeats=fewest,
             bound_margin_percent=margins_of(force_map),
-            states_above_bound=above_bound(force_map, fit.states) or [],
+            states_above_bound=names_above_bound(force_map, fit.states) or [],
             t_values=[each.t_value for each in coefficients],
             p_values=[each.p_value for each in coefficients],
             intervals_low=[each.low for each in coefficients],
@@ -211,13 +211,12 @@ class FitAnswer(PlaceFigures):
         )
 
 
-def above_bound(force_map: ForceMap, states: States) -> list[str] | None:
-    """Names of states whose measured force lies above the tolerance bound there; None where a map has no such bound."""
+def names_above_bound(force_map: ForceMap, states: States) -> list[str] | None:
+    """Names of the states above the tolerance bound; None where a map has no such bound."""
     try:
-        upper = _bound_of(force_map).upper(force_map, states.distance, states.height, states.speed)
+        above = above_bound(force_map, _bound_of(force_map), states)
     except BoundNotAvailable:
         return None
-    above = np.fmax(states.force, np.nan_to_num(states.at_least)) > upper
     return [states.name[i] for i in np.flatnonzero(above)]
 
 

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from forcemap.answers.answer import AllSaid, Answer, Words
 from forcemap.direction import WIDEST_ANGLE
+from forcemap.errors import few
 
 _NAMED = 3
 """Releases that the standing of a cell names."""
@@ -209,8 +210,7 @@ class CellAnswer(Answer):
         if not in_force:
             return f"NOT IN FORCE{': it has no release' * (not counting)}"
         lacking = [f"release {each.release} ({each.subject})" for each in counting if not each.in_force]
-        more = f" and {len(lacking) - _NAMED} more" * (len(lacking) > _NAMED)
-        return f"NOT IN FORCE: {', '.join(lacking[:_NAMED])}{more}; {len(in_force)} of {len(counting)} releases {said}"
+        return f"NOT IN FORCE: {few(lacking, _NAMED)}; {len(in_force)} of {len(counting)} releases {said}"
 
     @property
     def beside_points(self) -> bool:

@@ -181,7 +181,8 @@ def place_speeds(
         why = Missing(f"NOT PERMITTED: the standard permits no contact with {limit.name}, at no speed")
         return PlaceSpeeds(limit, contact, why, (), math.nan, why)
     speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step, allowance))
-    box = attempt(lambda: _open_box(limit, contact, present(force_map), present(bound), allowance))
+    open_places = () if isinstance(speeds, Missing) else _open_places(speeds)
+    fine = attempt(lambda: _fine(limit, contact, present(force_map), present(bound), allowance))
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     error = conditions.device.error_or_default
     tolerance = bound if isinstance(bound, ToleranceBound) else ToleranceBound(device_error=error)
@@ -193,11 +194,11 @@ def place_speeds(
         limit=limit,
         contact=contact,
         speeds=speeds,
-        open_places=() if isinstance(speeds, Missing) else _open_places(speeds),
+        open_places=open_places,
         standard_speed=math.nan if isinstance(model, Missing) else model.speed_limit(limit, contact),
         measure_next=attempt(lambda: next_measurements(measured, limit, contact=contact, bound=tolerance, **ranges)),
         confirmation=confirmation,
-        open_box=box if isinstance(box, tuple) else None,
+        open_box=None if isinstance(fine, Missing) else _open_box(fine, open_places),
     )
 
 
@@ -205,26 +206,29 @@ _FINE = 61
 """Places along distance, and along height, that are looked at for the box of those without a speed; a choice."""
 
 
-def _open_box(
-    limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, allowance: Allowance
-) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """A box around all places without a speed, found on a fine grid from end to end of the measured range.
+def _fine(limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, allowance: Allowance) -> SpeedMap:
+    """Safe speeds on a fine grid from end to end of the measured range."""
+    axes = np.linspace(force_map.measured_range.lowest[:2], force_map.measured_range.highest[:2], _FINE).T
+    return speed_map(force_map, *axes, limit=limit, bound=bound, contact=contact, allowance=allowance)
 
-    It ends a step beyond the outer ones, for between two places nothing says from where on, and not beyond the range.
+
+def _open_box(
+    fine: SpeedMap, open_places: tuple[OpenPlaces, ...]
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """A box around all places without a speed, those of a fine grid and those that are named.
+
+    It ends a step of the grid beyond the outer ones, for between two places nothing says from where on, and not beyond
+    the measured range.
     """
-    measured = force_map.measured_range
-    axes = np.linspace(measured.lowest[:2], measured.highest[:2], _FINE).T
-    fine = speed_map(force_map, *axes, limit=limit, bound=bound, contact=contact, allowance=allowance)
-    without = fine.speeds.to_program_outcome == SpeedOutcome.UNCONFIRMED
-    if not without.any():
+    axes = np.stack([fine.distance, fine.height])
+    without = np.argwhere(fine.speeds.to_program_outcome == SpeedOutcome.UNCONFIRMED)
+    named = np.array([place for group in open_places for place in group.places]).reshape(-1, 2)
+    every = np.vstack([axes[[0, 1], without], named])
+    if not len(every):
         return None
-    across, up = (np.flatnonzero(without.any(axis=other)) for other in (1, 0))
-    near, far, low, high = (
-        float(axis[end])
-        for axis, place in zip(axes, (across, up), strict=True)
-        for end in (max(place[0] - 1, 0), min(place[-1] + 1, _FINE - 1))
-    )
-    return (near, far), (low, high)
+    step = axes[:, 1] - axes[:, 0]
+    low, high = np.maximum(every.min(axis=0) - step, axes[:, 0]), np.minimum(every.max(axis=0) + step, axes[:, -1])
+    return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
 
 def _speeds(

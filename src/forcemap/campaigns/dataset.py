@@ -23,7 +23,7 @@ from forcemap.campaigns.point_list import AtPoint, phase_two_of
 from forcemap.campaigns.quantity import LEAST, Quantity
 from forcemap.campaigns.state import CONFIRMING, States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
-from forcemap.errors import InputError, TableError
+from forcemap.errors import InputError, TableError, few
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
 
@@ -385,13 +385,24 @@ class ImpactDataset:
     @property
     def drift(self) -> Drift | None:
         """How far the force of states that were measured again, with role test, has changed; None if none was."""
-        return measured_again(self.select(self.role == "train").states, self.test.states)
+        return measured_again(self.select(self.role == "train").states, self.again.test.states)
+
+    @cached_property
+    def again(self) -> ImpactDataset:
+        """The same, states measured again with role test by the name of the training state that they repeat.
+
+        A table may name them as it likes, and drift and repeats that disagree are told by name.
+        """
+        first = self.test.states.measured_first(self.select(self.role == "train").states, self.tolerance)
+        names = [first.get(name, name) for name in self.state.tolist()]
+        return replace(self, state=np.where(self.role == "test", names, self.state)) if first else self
 
     @property
     def disagreeing_repeats(self) -> list[str]:
         """Names of the states whose repeats, censored ones too, differ by over 10 %: look at their recordings."""
-        order = np.lexsort((self.peak_force, self.state))
-        names, first, count = np.unique(self.state[order], return_index=True, return_counts=True)
+        state = self.again.state
+        order = np.lexsort((self.peak_force, state))
+        names, first, count = np.unique(state[order], return_index=True, return_counts=True)
         lowest, highest = self.peak_force[order[first]], self.peak_force[order[first + count - 1]]
         return [str(name) for name in names[highest > DISAGREEMENT * lowest]]
 
@@ -526,9 +537,8 @@ def _identified_by(stated: Texts | None, names: Texts) -> str:
     if not joined:
         return "by state_id"
     given, states = np.unique(stated).size, np.unique(names).size
-    more = f" and {len(joined) - _MOST_JOINED} more" * (len(joined) > _MOST_JOINED)
-    named = ", ".join(joined[:_MOST_JOINED])
-    return f"by state_id, {given} names of {states} states (as close as repeats and so one: {named}{more})"
+    named = few(joined, _MOST_JOINED)
+    return f"by state_id, {given} names of {states} states (as close as repeats and so one: {named})"
 
 
 def _usable_range(stated: float, peak_force: FloatArray, censored: Mask) -> float:

@@ -165,8 +165,23 @@ class States:
 
     def repeats_of(self, others: States, tolerance: StateTolerance) -> Mask:
         """Which states, shape (m,), are repeats of others: by their name, or as close as repeats."""
+        if not len(others):
+            return np.zeros(len(self), dtype=np.bool_)
         mine, theirs = (states.coordinates / tolerance.scale for states in (self, others))
-        return np.asarray(_near_any(mine, theirs) | np.isin(self.name, others.name))
+        return np.asarray((_nearest(mine, theirs)[0] <= 1.0) | np.isin(self.name, others.name))
+
+    def measured_first(self, others: States, tolerance: StateTolerance) -> dict[str, str]:
+        """Which of others each state repeats: the nearest one that is as close as repeats; others by name left out.
+
+        States that were to confirm a map are left out, too: they are known by their names.
+        """
+        if not len(others):
+            return {}
+        away, number = _nearest(*(states.coordinates / tolerance.scale for states in (self, others)))
+        known = np.isin(self.name, others.name) | np.array(
+            [name.startswith(CONFIRMING) for name in self.name], dtype=bool
+        )
+        return {self.name[i]: others.name[number[i]] for i in np.flatnonzero(~known & (away <= 1.0))}
 
     def at_places_of(self, others: States) -> Mask:
         """Which states, shape (m,), lie within PLACE_SIZE of a place of others."""
@@ -243,14 +258,15 @@ def _near(points: FloatArray) -> Indices:
     return np.asarray(cKDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray"))
 
 
-def _near_any(points: FloatArray, others: FloatArray) -> Mask:
-    """Which points, shape (n,), lie within 1 of one of the others in every coordinate."""
+def _nearest(points: FloatArray, others: FloatArray) -> tuple[FloatArray, Indices]:
+    """How far the nearest of others is from each point, by the coordinate that differs most, and its number, (n,)."""
     if len(points) * len(others) <= _FEW**2:
         apart = np.abs(points[:, None] - others).max(axis=2)
-        return np.asarray((apart <= 1.0).any(axis=1))
+        return apart.min(axis=1), apart.argmin(axis=1)
     from scipy.spatial import cKDTree
 
-    return np.asarray(cKDTree(others).query(points, p=np.inf)[0] <= 1.0)
+    away, number = cKDTree(others).query(points, p=np.inf)
+    return np.asarray(away), np.asarray(number)
 
 
 def _refuse_wide_states(
@@ -282,9 +298,8 @@ def _refuse_wide_states(
 def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance) -> Texts:
     """Names of states; those of one role within the tolerance of each other share the name that comes first.
 
-    Repeats named one by one would count as independent states and make the bound too low. States measured again, with
-    role test, bear the name of the training state: by other names they would tell no drift. States that were to confirm
-    a map keep their names, by which they are known.
+    Repeats named one by one would count as independent states and make the bound too low. The name of states that were
+    to confirm a map comes first, as they are known by it.
     """
     joined = names[index]
     for kind in ("train", "test"):
@@ -297,27 +312,7 @@ def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, 
         order = np.argsort(~np.char.startswith(joined[rows], CONFIRMING), kind="stable")
         first = order[np.unique(state[order], return_index=True)[1]]
         joined[rows] = joined[rows[first]][state]
-    return _as_trained(coordinates, role, joined, tolerance)
-
-
-def _as_trained(coordinates: FloatArray, role: Texts, name: Texts, tolerance: StateTolerance) -> Texts:
-    """Names, test states that repeat a training state named as it; not where both together would spread too far."""
-    lowest, highest, states = {}, {}, {}
-    for kind in ("train", "test"):
-        rows = np.flatnonzero(role == kind)
-        states[kind], number = np.unique(name[rows], return_inverse=True)
-        axes, size = coordinates[rows].T, states[kind].size
-        lowest[kind] = -np.column_stack([_largest(-axis, number, size) for axis in axes])
-        highest[kind] = np.column_stack([_largest(axis, number, size) for axis in axes])
-    new = name.copy()
-    for other, low, high in zip(states["test"], lowest["test"], highest["test"], strict=True):
-        if other in states["train"] or other.startswith(CONFIRMING):
-            continue
-        spread = np.maximum(highest["train"], high) - np.minimum(lowest["train"], low)
-        widest = (spread / tolerance.scale).max(axis=1, initial=0.0)
-        if widest.size and widest.min() <= 1:
-            new[(role == "test") & (name == other)] = states["train"][widest.argmin()]
-    return new
+    return joined
 
 
 def _largest(values: FloatArray, index: Indices, size: int) -> FloatArray:

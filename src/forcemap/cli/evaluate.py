@@ -35,8 +35,9 @@ from forcemap.cli.output import (
     table,
     verdict_first,
 )
-from forcemap.comparisons.map_check import known_states
+from forcemap.comparisons.map_check import fitted_states
 from forcemap.comparisons.slowest_speeds import compare_slowest_speeds
+from forcemap.errors import few
 from forcemap.maps.forms import FORMS
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
@@ -102,7 +103,7 @@ def evaluate(
         dataset = impacts_of(table)
         with too_few_states_named(map_source, form):
             force_map, _ = force_map_from(map_source, form)
-        new = dataset.select(~np.isin(dataset.state, _of_map(force_map, dataset.train)))
+        new = dataset.select(~np.isin(dataset.state, fitted_states(force_map, dataset)))
         accuracies: tuple[fm.Accuracy, ...] = (fm.force_map_accuracy(force_map, dataset),)
     else:
         with too_few_states_named(table, form):
@@ -111,14 +112,6 @@ def evaluate(
     answer = EvaluateAnswer.of_map(force_map, dataset, accuracies, new)
     emit(answer, evaluate_lines(answer), as_json=as_json)
     return 0
-
-
-def _of_map(force_map: fm.ForceMap, train: fm.ImpactDataset) -> list[str]:
-    """Names of the states that a map was fitted to among those to train: neither they nor their repeats are new."""
-    if not len(train) or force_map.fit is None:
-        return []
-    censored = (set(states.select(states.impacts == 0).name) for states in (train.states, force_map.fit.states))
-    return [*known_states(force_map, train), *set.intersection(*censored)]
 
 
 def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
@@ -234,8 +227,7 @@ def _bound_lines(answer: EvaluateAnswer) -> list[str]:
     """How many of the states that a map was not fitted to lie above its bound; nothing without such states or bound."""
     if (above := answer.new_states_above_bound) is None:
         return []
-    more = f" and {len(above) - _MOST_NAMES} more" * (len(above) > _MOST_NAMES)
-    named = f": {', '.join(above[:_MOST_NAMES])}{more}" if above else ""
+    named = f": {few(above, _MOST_NAMES)}" if above else ""
     censored = answer.new_states_censored
     range_ = f" ({censored} above the device range)" if censored else ""
     of = f"{len(above)} of the {counted(answer.new_states, 'state')} that the map was not fitted to{range_}"

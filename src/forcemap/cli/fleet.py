@@ -24,7 +24,7 @@ from forcemap.cli.options import Json, TeamRegister, areas_from
 from forcemap.cli.output import Progress, counted, emit, listing, write_result
 from forcemap.cli.report import REPORT_FILE, printable, report_result, write_report
 from forcemap.csv_table import csv_cell, csv_text
-from forcemap.errors import one_line
+from forcemap.errors import few, one_line
 from forcemap.files import file_sha256, stated_date
 from forcemap.sweeps.pool import pool, results
 from forcemap.verdicts.verdict import VerdictOutcome
@@ -329,5 +329,4 @@ def _lines(answer: FleetAnswer) -> list[str]:
 
 
 def _few(words: list[str]) -> str:
-    more = len(words) - 3
-    return "; ".join(words[:3]) + (f" and {more} more" if more > 0 else "")
+    return few(words, 3, "; ")

@@ -21,7 +21,7 @@ from forcemap.answers.basis import RestsOn
 from forcemap.answers.error import ErrorAnswer
 from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.errors import ForcemapError, InputError, one_line
-from forcemap.files import read_bytes, write_atomically
+from forcemap.files import MARKED_BY, read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.words import sentence
 
@@ -59,9 +59,6 @@ GRID_MARKS = "+ capped at the highest speed measured there; ? unconfirmed: no sp
 
 MOST_DISTANCES = 13
 """Columns of a grid of places that is printed; nine columns for the heights and seven for each fill a line."""
-
-_MARKED_BY = 4000
-"""Where the mark of a result stands in its file [bytes]; a choice: it stands in the first lines."""
 
 _SILENT, _SHOWN_EVERY = 1.0, 0.1
 """Work that is over sooner shows no progress, and how often progress is shown [s]; choices for a person's eye."""
@@ -148,7 +145,7 @@ def write_result(path: str, text: str, *, mark: str) -> None:
     InputError
         The file is another one, or cannot be written.
     """
-    if Path(path).exists() and mark not in read_bytes(path)[:_MARKED_BY].decode(errors="replace"):
+    if Path(path).exists() and mark not in read_bytes(path)[:MARKED_BY].decode(errors="replace"):
         raise InputError(
             "this is another file, not an earlier result; it is not overwritten, choose another name", file=path
         )

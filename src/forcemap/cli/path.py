@@ -36,6 +36,7 @@ from forcemap.cli.output import (
     write_result,
 )
 from forcemap.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
+from forcemap.errors import few
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.path_file import MADE, moved_csv, path_csv
@@ -316,7 +317,7 @@ def gap_lines(gaps: Sequence[GapAnswer], *, suggest: bool = False) -> list[str]:
         with_ = ", ".join(filter(None, (gap.contact_site, f"tool {gap.tool}" * bool(gap.tool), load)))
         gain = gap.estimated_gain_s or 0.0
         worth = f", {gain:.1f} s faster than by the standard" if gain >= _LEAST_GAIN else ""
-        what = f"for {_listed(gap.segments)}, moving {_direction(gap.direction)}: a campaign of at least "
+        what = f"for {few(gap.segments, _GAPS)}, moving {_direction(gap.direction)}: a campaign of at least "
         states = f"{counted(gap.states, 'state')}{f' ({with_})' * bool(with_)}"
         permits = f"may permit {gap.length_m:.3f} m that has no permission now"
         lines.append(f"  {what}{states}, which {permits}{worth}")
@@ -334,11 +335,6 @@ def _direction(words: str) -> str:
     vector = direction_vector(words, whose="a gap")
     name, near = min(DIRECTIONS.items(), key=lambda item: angle_between(vector, item[1]))
     return words if words in DIRECTIONS else f"{angle_between(vector, near):.0f} degrees off {name} (direction {words})"
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names of segments, the first three."""
-    return ", ".join(names[:_GAPS]) + f" and {len(names) - _GAPS} more" * (len(names) > _GAPS)
 
 
 def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
@@ -387,7 +383,8 @@ def _slowest(answer: PathAnswer) -> list[str]:
     of_map = f" in {piece.map_name}" if len(answer.maps) > 1 else ""
     capped = ", capped at the highest speed measured there" if piece.outcome == "capped" else ""
     length = math.dist(piece.from_m, piece.to_m)
-    alone = f", over {1000 * length:.2g} mm alone, as where a log has no row at a corner" if length < _SHORT else ""
+    short = answer.timed and length < _SHORT
+    alone = f", over {1000 * length:.2g} mm alone, as where a log has no row at a corner" if short else ""
     return [
         f"slowest: {shown(piece.speed_to_program_mps)} m/s on {piece.segment} from {_place(piece.from_m)} to "
         f"{_place(piece.to_m)}: {piece.limit_N:g} N, {piece.governed_by}{of_map}{capped}{alone}"
@@ -502,8 +499,8 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         lines += _hints(answer, answer.refusals)
         if answer.without:
             lines.append(
-                f"  {_listed(answer.without)}: a part has a speed at none of the positions, also where it lies in the "
-                "measured range: another position hardly helps; measure at lower speeds (forcemap next), or see "
+                f"  {few(answer.without, _GAPS)}: a part has a speed at none of the positions, also where it lies in "
+                "the measured range: another position hardly helps; measure at lower speeds (forcemap next), or see "
                 "whether the limits of the task are right"
             )
         elif {part.outcome for part in answer.refusals} <= {"outside", "unconfirmed"}:

@@ -167,7 +167,7 @@ def _report_atlas(
 ) -> int:
     """Write the reports of all campaigns of an atlas, and the one of the atlas."""
     from forcemap.assessment.folder_map import map_of_folder
-    from forcemap.report import atlas_html
+    from forcemap.report import REPORT_MARK, atlas_html
 
     atlas, root = fm.read_atlas(source, map_of=map_of_folder), default_file(source, "")
     folders = {each.name: root / each.name for each in atlas.campaigns if (root / each.name).is_dir()}
@@ -181,7 +181,7 @@ def _report_atlas(
         reports[name] = os.path.relpath(folder / REPORT_FILE, target.parent).replace(os.sep, "/")
         lines += [f"{name}:", *(f"  {line}" for line in answer_lines(assessments[name]))]
     html = atlas_html(atlas, assessments, reports, software=f"forcemap {fm.__version__}", date=date)
-    write_result(str(target), html, mark='name="forcemap-report"')
+    write_result(str(target), html, mark=REPORT_MARK)
     files.append(str(target))
     result = {
         "files": files,
@@ -206,7 +206,7 @@ def write_report(
 
     `again` is the command that asked for it, without the file.
     """
-    from forcemap.report import LIST_ENDING, inputs_list, report_html, report_pdf
+    from forcemap.report import LIST_ENDING, REPORT_MARK, inputs_list, report_html, report_pdf
 
     _require_replaceable(assessment, target, again, pdf=pdf)
     beside, listed = target.with_suffix(".pdf"), target.with_suffix(LIST_ENDING)
@@ -215,7 +215,7 @@ def write_report(
     named = f"{assessment.name}/{target.name}" if beside_inputs else target.name
     html = report_html(assessment, date=date, register_head=head, file=named)
     printed = report_pdf(html) if pdf else b""  # before anything is written
-    write_result(str(target), html, mark='name="forcemap-report"')
+    write_result(str(target), html, mark=REPORT_MARK)
     write_atomically(listed, inputs_list(assessment.inputs))
     if pdf:
         write_atomically(beside, printed)

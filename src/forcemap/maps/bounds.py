@@ -10,8 +10,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray, in_blocks
-from forcemap.campaigns.dataset import Conditions, Quantity, StateTolerance
+from forcemap.arrays import FloatArray, Mask, in_blocks
+from forcemap.campaigns.dataset import Conditions, Quantity, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
@@ -273,11 +273,22 @@ def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
     states = force_map.tested.select(~force_map.tested.repeats_of(fit.states, tolerance))
     if not len(states):
         return None
-    upper = bound.upper(force_map, states.distance, states.height, states.speed)
-    beyond = int(np.sum(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper))
+    beyond = int(np.sum(above_bound(force_map, bound, states)))
     if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < _CHANCE:
         return Finding.of(FindingKind.TEST_STATES_ABOVE, count=beyond, states=len(states))
     return None
+
+
+def above_bound(force_map: ForceMap, bound: Bound, states: States) -> Mask:
+    """Which states, shape (m,), measured more than a bound has there, or reached it at least.
+
+    Raises
+    ------
+    BoundNotAvailable
+        The map cannot carry the bound.
+    """
+    upper = bound.upper(force_map, states.distance, states.height, states.speed)
+    return np.asarray(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper)
 
 
 def margins(bound: Bound, force_map: ForceMap) -> FloatArray:

@@ -141,7 +141,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         measured_range=range_of(new, campaigns),
         fit=Fit(
             states=new,
-            test=dataset.test.states,
+            test=dataset.again.test.states,
             slower=dataset.slower_train.states.and_(_named_for(old_map)),
             at_points=states_at_points(dataset),
             disagreeing=(*(_of_earlier(name) for name in old.disagreeing), *dataset.disagreeing_repeats),

@@ -180,7 +180,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
     samples = form.design(measured.distance, measured.height, measured.speed)
     fit = Fit(
         states=states,
-        test=dataset.test.states,
+        test=dataset.again.test.states,
         at_points=states_at_points(dataset),
         disagreeing=tuple(dataset.disagreeing_repeats),
         slower=dataset.slower_train.states,

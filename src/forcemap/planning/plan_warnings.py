@@ -15,7 +15,7 @@ from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form
 from forcemap.planning.design import LARGEST
-from forcemap.planning.expectation import Expectation, StandardExpectation, expected_forces, factor_of
+from forcemap.planning.expectation import Expectation, StandardExpectation, expected_forces, factor_of, rest_of
 from forcemap.planning.optimal_states import STATE_SD, bound_from, expected_width
 
 _SLOWEST_PROPOSED = 0.05  # [m/s]; a choice, the slowest speed that `next` plans unless stated
@@ -72,9 +72,9 @@ def above_range(states: FloatArray, expectation: Expectation | None, device: Dev
     coarse model as they may be."""
     if not isinstance(expectation, StandardExpectation) or math.isnan(device.range):
         return
-    at_worst = factor_of(expectation) * expected_forces(expectation, states)
-    if above := int(np.sum(at_worst > device.highest_limit)):
-        figures = {"factor": factor_of(expectation), "most_N": device.highest_limit}
+    expected, factor, rest = expected_forces(expectation, states), factor_of(expectation), rest_of(expectation)
+    if above := int(np.sum(np.fmax(factor * expected, expected + rest) > device.highest_limit)):
+        figures = {"factor": factor, "rest_N": rest, "most_N": device.highest_limit}
         yield Finding.of(FindingKind.RANGE_AT_WORST, states=above, of=len(states), **figures)
 
 

@@ -6,6 +6,7 @@ from forcemap.report.pdf import report_pdf
 from forcemap.report.seal import (
     LIST_ENDING,
     PDF,
+    REPORT_MARK,
     MadeFor,
     Verification,
     altered,
@@ -21,6 +22,7 @@ from forcemap.report.seal import (
 __all__ = [
     "LIST_ENDING",
     "PDF",
+    "REPORT_MARK",
     "MadeFor",
     "Verification",
     "altered",

@@ -23,12 +23,15 @@ from forcemap.assessment.folder import (
 from forcemap.assessment.missing import Missing, attempt
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, read_conditions
 from forcemap.errors import InputError
-from forcemap.files import read_bytes, sha256
+from forcemap.files import MARKED_BY, read_bytes, sha256
 from forcemap.limits.body_areas import standard_limit_table
 from forcemap.limits.force_limits import ForceLimit
 
 MARK = "forcemap-report/1"
 """Schema of the page, within its first 4000 bytes."""
+
+REPORT_MARK = 'name="forcemap-report"'
+"""By which a page is known as a report, of a campaign or an atlas."""
 
 LIST_ENDING = ".sha256"
 """Of the file beside the page that lists every input with its SHA-256, as sha256sum writes and checks it."""
@@ -43,7 +46,6 @@ _TEXTS = (".csv", ".toml", ".txt", ".json")  # inputs whose line ends mail may c
 _OWN = "forcemap-report-sha256"
 _SEAL = f'<meta name="{_OWN}" content="{{}}">'
 _HASH = re.compile(r"[0-9a-f]{64}")
-_MARKED_BY = 4000  # first bytes of a page, in which it says what it is
 _ALTERED = "ALTERED since it was written; do not sign it, keep this file, and ask for the report as it was written"
 
 
@@ -217,12 +219,12 @@ def read_seal(content: bytes, file: str) -> Sealed:
 
 def is_report(content: bytes) -> bool:
     """True if a file is a report of a campaign or an atlas, altered or not."""
-    return b'name="forcemap-report"' in content[:_MARKED_BY]
+    return REPORT_MARK.encode() in content[:MARKED_BY]
 
 
 def is_atlas_page(content: bytes) -> bool:
     """True if a report is that of an atlas."""
-    return f'name="forcemap-report" content="{MARK}, atlas"'.encode() in content[:_MARKED_BY]
+    return f'{REPORT_MARK} content="{MARK}, atlas"'.encode() in content[:MARKED_BY]
 
 
 def is_intact(content: bytes) -> bool:

@@ -28,7 +28,7 @@ from forcemap.campaigns.dataset import (
     contradictions,
     unit_finding,
 )
-from forcemap.direction import RAISED_FROM, RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
+from forcemap.direction import RAISED_FROM, RAISED_OFF_AXIS, RAISED_SLOWER, WIDEST_ANGLE, raised_off_axis
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
@@ -499,7 +499,8 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
         note(kind.BOUND_OF_FORM, not ((tested := force_map.form_test) and tested.misses))
     begins = float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0])
     slow = begins < RAISED_FROM - StateTolerance().speed
-    note(kind.SLOWER_THAN_RAISED, slow, lowest_mps=begins, from_mps=RAISED_FROM, raised=RAISED_OFF_AXIS - 1)
+    factors = {"from_mps": RAISED_FROM, "raised": RAISED_OFF_AXIS - 1, "slower": RAISED_SLOWER}
+    note(kind.SLOWER_THAN_RAISED, slow, lowest_mps=begins, **factors)
     if fit is None:
         return notes
     notes.append(confirmed or Finding.of(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None))
