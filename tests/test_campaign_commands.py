@@ -291,6 +291,8 @@ class TestInspect:
         ):
             out = forcemap("inspect", curve_file(peak=180.0, rate=rate), "--device-range-N", 500)[1]
             assert words in " ".join(out.split())
+        out = forcemap("inspect", curve_file(peak=180.0), "--device-range-N", 180)[1]
+        assert "; usable for a map, as at least their force where saturated" in " ".join(out.split())
         assert "usable" not in forcemap("inspect", curve_file(peak=1.0), "--device-range-N", 500)[1].lower()
         seconds, force = pulse(180.0)
         save(tmp_path / "two.csv", np.concatenate([seconds, seconds + 1.0005]), np.tile(force, 2))

@@ -27,7 +27,7 @@ from forcemap.cli.column_options import (
 )
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, counted, emit, listing, table, verdict_first
-from forcemap.impacts.impact import TRANSIENT_TIME
+from forcemap.impacts.impact import TRANSIENT_TIME, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.verdicts.recording_results import recording_doubt
 
@@ -131,7 +131,8 @@ def _for_a_map(recorded: Sequence[RecordedImpacts]) -> str:
         return "; for a map a recording holds one impact alone: cut the file"
     if doubts := dict.fromkeys(filter(None, (each.not_filtered for each in recorded))):
         return f"; NOT USABLE for a map: {'; '.join(doubts)}"
-    return "; usable for a map, as far as the curve tells" * any(each.impacts for each in recorded)
+    least = ", as at least their force where saturated" if Quality.SATURATED in flags else ""
+    return f"; usable for a map{least}, as far as the curve tells" if any(each.impacts for each in recorded) else ""
 
 
 def impact_lines(impact: fm.Impact) -> list[str]:
