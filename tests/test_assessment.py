@@ -342,13 +342,17 @@ def test_a_limit_table_that_is_no_file_of_the_folder_is_refused(copied, name):
 
 
 def test_speeds_by_the_standards_limits_say_first_that_the_campaign_names_its_own(copied, forcemap):
+    """Those of a map that was taken out of the folder; in the folder its own limits count."""
     lines = ("# edition: of our own", "# version: 3", "# source: a test", _HEADER, "chest,Chest,chest,100,120,2")
     (copied / "mine.csv").write_text("\n".join(lines) + "\n")
     stated = copied / "campaign.toml"
     stated.write_text(stated.read_text() + '\n[standard]\nlimit_table = "mine.csv"\n')
     asked = ("speed", copied, "--distance", 0.7, "--height", 0.3, "--area", "chest", "--contact", "transient")
     words = "names the limit table mine.csv, limits used are of ISO/TS 15066"
-    assert words in " ".join(forcemap(*asked)[1].partition("Assumes")[0].split())
+    forcemap("fit", copied, "-o", copied / "map.json")
+    assert words in " ".join(forcemap("speed", copied / "map.json", *asked[2:])[1].partition("Assumes")[0].split())
+    assert words not in " ".join(forcemap(*asked)[1].split())
+    assert "240 N, transient contact, chest in of our own (table version 3)" in " ".join(forcemap(*asked)[1].split())
     assert words not in " ".join(forcemap(*asked, "--limit-table", copied / "mine.csv")[1].split())
 
 

@@ -9,6 +9,7 @@ import json
 import math
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from decimal import Decimal
@@ -230,6 +231,72 @@ def test_fit_names_the_state_that_is_missed_by_more_than_the_bound_adds(
     assert (f"(at {state}, WHICH LIES ABOVE THE BOUND of the map, too" in out) == above
     assert (f"(at {state}, left out for that; in the map it counts, whose bound lies above it)" in out) != above
     assert (f"above the bound of this map: {state}; look at" in out) == above
+
+
+def test_states_above_the_device_range_are_new_at_other_places_whatever_their_names(ask, forcemap, tmp_path):
+    """Names S1, S2, ... are given by order: they mean nothing between tables."""
+
+    def table(file, places):
+        rows = [f"{n},{d},{h},{v},{min(f, 400)},{str(f > 400).lower()}" for n, d, h, v, f in places]
+        (tmp_path / file).write_text("\n".join(["state_id,distance_m,height_m,speed_mps,peak_force_N,censored", *rows]))
+        return tmp_path / file
+
+    places = [(d, h, v) for d in (0.5, 0.7, 0.9) for h in (0.15, 0.3, 0.45) for v in (0.2, 0.3, 0.4)]
+    own = [(f"S{i}", d, h, v, 1300 * v * (1.4 - d)) for i, (d, h, v) in enumerate(places)]
+    hot = next(name for name, *_, force in own if force > 400)
+    forcemap("fit", table("own.csv", own), "-o", tmp_path / "map.json")
+    cold = {"S18": hot, hot: "S18"}  # the other end of the workspace, where 130 N are expected
+    moved = [(cold.get(n, n), d + 0.02, h + 0.02, v - 0.02, 401 if n == "S18" else 0.9 * f) for n, d, h, v, f in own]
+    found = ask("evaluate", table("moved.csv", moved), "--map", tmp_path / "map.json")[1]
+    assert found["new_states"] == 27
+    assert hot in found["new_states_above_bound"]
+    (tmp_path / "copy.csv").write_text((tmp_path / "own.csv").read_text() + "\n")
+    assert ask("evaluate", tmp_path / "copy.csv", "--map", tmp_path / "map.json")[1]["new_states"] == 0
+
+
+def test_every_command_takes_the_limits_of_the_table_that_the_campaign_names(
+    ask, forcemap, example_folders, tmp_path, monkeypatch
+):
+    """The report has them: a program made by the standard's higher ones would be faster than what is signed."""
+    folder = shutil.copytree(example_folders["ur10e"], tmp_path / "own")
+    asked = ("--area", "back_of_hand", "--contact", "transient")
+    place = ("--distance", "0.8", "--height", "0.4")
+    before = ask("speed", folder, *place, *asked)[1]
+    columns = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+    (folder / "mine.csv").write_text(
+        f"# edition: own\n# source: own\n# version: 1\n{columns}\nback_of_hand,hand,hand_fingers,190,110,2\n"
+    )
+    stated = folder / "campaign.toml"
+    stated.write_text(stated.read_text().replace("[standard]", '[standard]\nlimit_table = "mine.csv"'))
+    for source in (folder, folder / "impacts.csv"):
+        found = ask("speed", source, *place, *asked)[1]
+        assert (before["limit_N"], found["limit_N"]) == (280, 220)
+        assert found["speed_to_program_mps"] is None or found["speed_to_program_mps"] < before["speed_to_program_mps"]
+        assert not any("names the limit table" in warning for warning in found["warnings"])
+        standard = ask("speed", source, *place, *asked, "--limit-N", "280")[0]
+        assert standard == 2  # one of --area and --limit-N
+    assert ask("speed-map", folder, *asked)[1]["limit_N"] == 220
+    assert "220 N" in forcemap("compare", folder, "--area", "back_of_hand")[1]
+    assert "220 N" in forcemap("export", folder, "--format", "urscript", *asked)[1]
+    (folder / "path.csv").write_text("x_m,y_m,z_m\n0.8,0,0.42\n0.8,0,0.36\n")
+    assert {piece["limit_N"] for piece in ask("path", folder, folder / "path.csv", *asked)[1]["pieces"]} == {220.0}
+    save(folder / "recordings" / "run.csv", *pulse(250.0, rate=2000.0))
+    (tmp_path / "elsewhere.csv").write_text((folder / "recordings" / "run.csv").read_text())
+    for file, more in ((folder / "recordings" / "run.csv", ()), (tmp_path / "elsewhere.csv", ("--campaign", folder))):
+        code, out, _ = forcemap("check", file, "--area", "back_of_hand", "--contact", "transient", *more)
+        assert (code, out[:8], "220 N transient, 110 N quasi-static" in out) == (1, "EXCEEDED", True)
+    monkeypatch.chdir(folder)  # a published map is of no folder, whatever lies in it
+    assert ask("speed", "ur10e", *place, *asked)[1]["limit_N"] == 280
+    (folder / "atlas.toml").write_text('schema = "forcemap-atlas/1"\nmaps = ["../down"]\n')
+    shutil.copytree(example_folders["ur10e"], tmp_path / "down")
+    out = forcemap("speed", folder, *place, *asked)[1]  # of other campaigns, which name no table
+    assert "280 N, transient contact" in " ".join(out.split())
+    assert "220 N" not in out
+    (folder / "atlas.toml").unlink()
+    (folder / "mine.csv").unlink()
+    code, _, error = forcemap("speed", folder, *place, *asked)
+    assert code == 2
+    assert "found 'mine.csv', which is no file of this folder" in error
 
 
 def test_an_export_says_that_it_takes_the_place_of_an_earlier_one(forcemap, tmp_path):
@@ -950,7 +1017,7 @@ def test_what_places_share_stands_beside_what_is_a_states_own(ask, forcemap, exa
         shared = f"{100 * fit.place_sd:.2f} % of scatter shared by the states of a place, the most that is likely"
         if round(likeliest, 2) == 0:
             shared = "no scatter shared by the states of a place found"
-        reckoned = "" if likeliest < 0.005 else "bound, standard errors and p values reckon with "
+        reckoned = "" if likeliest < 0.005 else "coefficients, bound, standard errors and p values reckon with "
         assert f"14 places (those within 20 mm count as one): {reckoned}{shared}" in out
         assert f"{100 * fit.place_sd:.2f} %" in out
         assert f"and {100 * fit.own_sd:.2f} % of a state's own" in out

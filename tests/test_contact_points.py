@@ -189,6 +189,18 @@ def test_a_transient_limit_for_a_part_that_is_held_is_said_first(cell, judge, tm
     assert any(each.startswith(words) for each in findings) == doubted
 
 
+def test_a_point_at_the_edge_is_told_that_the_map_must_reach_beyond_it(judge, parts):
+    """There `forcemap speed` has a speed; a point needs the map 5 mm around it."""
+    (far, *_), edge = (
+        parts["force_map"].measured_range.highest,
+        "it lies at the edge: the map needs places at least that",
+    )
+    for inside, said_so in ((0.003, True), (0.02, False), (-0.01, False)):
+        (result,) = judge({**PLACE, "distance_m": f"{far - inside:.4f}"})
+        assert (edge in said(result)) == said_so
+        assert ("not wholly inside the measured range" in said(result)) == (inside < 0.005)
+
+
 @pytest.mark.parametrize(
     ("cells", "part"),
     [

@@ -309,5 +309,5 @@ class TestFaces:
         assert (result["speed_kind"], result["speed_error"], result["speed_overshoot_mps"]) == ("measured", None, 0.01)
         head = "\n".join(zones_csv(table).splitlines()[:30])
         assert "speed at contact: measured, its error not stated and not subtracted" in head
-        assert head.count("speed to program: speed at contact less the speed overshoot 0.01 m/s") == 1
+        assert head.count("speed to program: speed at contact less 0.01 m/s, the overshoot assumed of the robot") == 1
         json.dumps(result, allow_nan=False)

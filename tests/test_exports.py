@@ -146,7 +146,7 @@ def test_every_file_says_in_its_head_what_it_rests_on(table):
     ]
     wanted = [
         "NOT SAFETY-RATED", "to be accepted before use", fm.map_sha256(fm.published_map("ur10e")), DATE, "280 N",
-        "ISO/TS 15066:2016", "table version", "prediction + 10 %", "speed overshoot 0.01 m/s",
+        "ISO/TS 15066:2016", "table version", "prediction + 10 %", "less 0.01 m/s, the overshoot",
         "position tolerance 0.005 m", "person at rest", "direction of motion: down", "contact site:",
         "safety settings:", "pressure not assessed",
     ]  # fmt: skip
@@ -351,7 +351,7 @@ def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
     text = safety_proposal(table)
     speed = widest_block(table)[4]
     assert f"| tool speed limit | {speed / 1000:.3f} m/s | {speed} mm/s |" in text
-    assert "280 N at most" in text
+    assert "keep the limit of 280 N on the body" in text
     assert "WARNING" not in text
     segments = (
         fm.TaskSegment("carry", (), None, 0.5),

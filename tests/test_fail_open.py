@@ -104,6 +104,78 @@ def test_states_measured_again_tell_a_drift_whatever_their_names(named):
     assert ("as close as repeats and so one" in dataset.states_found) == (named == "first repeat otherwise")
 
 
+def measured_again(change, slower, confirming=False):
+    """27 states at 0.1 to 0.3 m/s, six of them again, `slower` [m/s] and with forces `change` times as large."""
+    rng = np.random.default_rng(1)
+    force = lambda d, h, v: 900 * v**1.05 * (d / 0.6) ** -0.6 * (1 + 0.3 * h)  # noqa: E731
+    rows = []
+    grid = [(d, h, v) for d in (0.55, 0.7, 0.85) for h in (0.15, 0.3, 0.45) for v in (0.1, 0.2, 0.3)]
+    for k, (d, h, v) in enumerate(grid):
+        own = rng.normal(0, 0.01)
+        rows += [(d, h, v, force(d, h, v) * np.exp(own + rng.normal(0, 0.005)), f"S{k}", "train") for _ in range(3)]
+        if k in (0, 3, 6, 9, 12, 15):
+            again = force(d, h, v - slower) * change * np.exp(rng.normal(0, 0.01))
+            rows += [(d, h, v - slower, again * np.exp(rng.normal(0, 0.005)), f"S{k}", "test") for _ in range(3)]
+            rows += [(d, h, v + 0.004, force(d, h, v + 0.004), f"c-{k}", "test")] * confirming
+    names = ("distance", "height", "speed", "peak_force", "state", "role")
+    return fm.ImpactDataset.from_arrays(**dict(zip(names, map(list, zip(*rows, strict=True)), strict=True)))
+
+
+@pytest.mark.parametrize("change", [1.0, 1.08, 1.1, 1.11])
+@pytest.mark.parametrize("slower", [0.0, 0.009])
+def test_a_drift_is_told_whatever_the_speed_of_the_impacts_made_again(change, slower):
+    """9 mm/s are 9 % of 0.1 m/s: impacts made again so much slower hid as large a drift."""
+    drift = measured_again(change, slower).drift
+    assert drift.states == 6
+    assert drift.change == pytest.approx(change - 1, abs=0.015)
+    assert drift.significant == (change > 1)
+
+
+@pytest.mark.parametrize("change", [1.03, 1.04, 1.05])
+@pytest.mark.parametrize("faster", [0.0, 0.0099])
+def test_a_drift_is_not_hidden_by_faster_repeats_where_the_force_hardly_rises(change, faster):
+    """A robot that feels slow contacts late: ln F rises by 0.1 of ln v below 0.15 m/s, by 0.9 above."""
+    rng = np.random.default_rng(2)
+    force = lambda v: 200 * (v / 0.15) ** (0.1 if v < 0.15 else 0.9)  # noqa: E731
+    rows = []
+    for k, (d, h) in enumerate((d, h) for d in (0.55, 0.7, 0.85) for h in (0.15, 0.3, 0.45)):
+        for v in (0.1, 0.2, 0.3):
+            rows += [(d, h, v, force(v) * np.exp(rng.normal(0, 0.004)), f"S{k}-{v}", "train") for _ in range(3)]
+        if k in (0, 4, 8):
+            again = force(0.1 + faster) * change
+            rows += [(d, h, 0.1 + faster, again * np.exp(rng.normal(0, 0.004)), f"S{k}-0.1", "test")] * 3
+    names = ("distance", "height", "speed", "peak_force", "state", "role")
+    columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    drift = fm.ImpactDataset.from_arrays(**columns).drift
+    assert drift.significant
+    assert drift.change > change - 1 - 0.012
+
+
+@pytest.mark.parametrize("change", [1.05, 1.3])
+def test_states_measured_again_are_not_lost_in_a_confirming_state_beside_them(change):
+    dataset = measured_again(change, 0.0, confirming=True)
+    assert (dataset.drift.states, dataset.drift.significant) == (6, True)
+    assert dataset.drift.change == pytest.approx(change - 1, abs=0.015)
+    assert not any(name.startswith("c-") for name in dataset.disagreeing_repeats)
+    assert {name for name in dataset.state if name.startswith("c-")} == {f"c-{k}" for k in (0, 3, 6, 9, 12, 15)}
+    assert fm.fit_force_map(dataset).fit.drift.significant
+
+
+@pytest.mark.parametrize(("error", "said"), [(0.0, False), (0.04, False), (0.1, True), (0.3, True)])
+def test_a_map_says_that_it_begins_slower_than_tilted_motion_was_tried_by_its_speeds_at_contact(error, said):
+    points = training_grid("ur10e")
+    d, h, v = points.T
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=printed_force("ur10e", *points.T),
+        conditions=fm.Conditions(speed_error=error, device=fm.Device(range=1000.0, stiffness=75e3)),
+    )  # fmt: skip
+    case = {"limit": HAND, "contact": QUASI_STATIC, "bound": fm.ToleranceBound()}
+    found = fm.safe_speed(fm.fit_force_map(dataset), 0.7, 0.3, **case).basis.statements
+    kinds = [each.kind for each in found]
+    assert v.min() == 0.2
+    assert (fm.FindingKind.SLOWER_THAN_RAISED in kinds) == said
+
+
 @pytest.mark.parametrize("beside", ["a training state", "a test state"])
 def test_impacts_that_were_to_confirm_a_map_keep_their_name_beside_other_states(beside):
     """By it they are known: one that fails refuses every speed."""

@@ -560,18 +560,26 @@ def published(simulated, tmp_path_factory):
     return folder
 
 
-def test_a_publication_has_the_campaigns_own_limits_and_says_that_its_speeds_have_others(simulated, tmp_path, forcemap):
+def test_a_publication_has_the_campaigns_own_limits_and_says_first_all_that_its_speeds_say(simulated, tmp_path, ask):
     folder = shutil.copytree(simulated, tmp_path / "own")
     columns = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
     row = "back_of_hand,hand,hand_fingers,190,100,1.5\n"
     (folder / "own.csv").write_text(f"# edition: own\n# source: own\n# version: 1\n{columns}{row}")
     stated = folder / "campaign.toml"
     stated.write_text(stated.read_text().replace("[standard]", '[standard]\nlimit_table = "own.csv"'))
-    code, out, _ = forcemap("publication", folder, "-o", tmp_path / "bundle", "--area", "back_of_hand")
+    code, answer = ask("publication", folder, "-o", tmp_path / "bundle", "--area", "back_of_hand")
     assert code == 0
-    doubt = "campaign.toml names the limit table own.csv, limits used are of ISO/TS 15066"
-    assert " ".join(out.split()).startswith(doubt)
-    assert doubt in (tmp_path / "bundle" / "README.md").read_text()
+    readme = " ".join((tmp_path / "bundle" / "README.md").read_text().split())
+    for contact, newtons in (("transient", 150), ("quasi-static", 100)):
+        speeds = ask("speed-map", folder, "--area", "back_of_hand", "--contact", contact)[1]
+        assert speeds["limit_N"] == newtons
+        assert (
+            f"{newtons} N, {contact} contact" in (tmp_path / "bundle" / "tables" / f"speeds-{contact}.csv").read_text()
+        )
+        assert speeds["warnings"]
+        for warning in speeds["warnings"]:
+            assert warning in answer["warnings"]
+            assert warning in readme
     assert (tmp_path / "bundle" / "data" / "own.csv").read_bytes() == (folder / "own.csv").read_bytes()
 
 

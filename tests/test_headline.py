@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import math
 import shutil
@@ -14,6 +15,7 @@ import forcemap as fm
 from forcemap.web.contours import contours, round_values
 from forcemap.web.route import views
 from forcemap.words import sentences
+from pulses import collect, pulse, save, write_campaign
 from web_server import client_of
 
 
@@ -52,8 +54,12 @@ def test_the_headline_is_the_librarys(client, root, area):
         assert case["permitted"] == int(np.sum(~np.isnan(program)))
         assert case["share"] == pytest.approx(case["permitted"] / case["places"])
         if case["permitted"]:
-            found = (case["lowest_speed_mps"], case["highest_speed_mps"])
-            assert found == (np.nanmin(program), np.nanmax(program))
+            axes = np.linspace(force_map.measured_range.lowest[:2], force_map.measured_range.highest[:2], 101).T
+            fine = fm.speed_map(force_map, *axes, **asked, bound=bound, allowance=allowance).speeds.speed_to_program
+            assert case["lowest_speed_mps"] == pytest.approx(np.nanmin(fine), abs=0.002)
+            assert case["highest_speed_mps"] == pytest.approx(np.nanmax(fine), abs=0.001)
+            assert case["lowest_speed_mps"] <= np.nanmin(program)
+            assert case["highest_speed_mps"] >= np.nanmax(program)
         else:
             assert (case["lowest_speed_mps"], case["state"]) == (None, "nowhere")
         standard = case["standard"]
@@ -67,8 +73,9 @@ def test_the_headline_is_the_librarys(client, root, area):
             assert all(each in shown for each in words) == bool(case["permitted"])
         assert case["rests_on"]["limit_N"] == fm.force_limit(area).force(asked["contact"])
         worst = fm.safe_speed(force_map, case["worst"]["distance_m"], case["worst"]["height_m"], **asked, bound=bound)
-        assert (case["worst"]["speed_mps"] is None) == (case["permitted"] < case["places"])
-        assert np.isnan(worst.speed_to_program) or case["permitted"] == case["places"]
+        assert (case["worst"]["speed_mps"] is None) == (case["state"] != "permitted")
+        assert np.isnan(worst.speed_to_program) == (case["state"] != "permitted")
+        assert case["state"] != "permitted" or case["permitted"] == case["places"]
 
 
 def test_the_page_says_it_with_limit_bound_and_doubts(client):
@@ -93,9 +100,8 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     bound = fm.ToleranceBound(device_error=3.0)
     measure = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound)
     plan = measure.plan
-    then, now = (100 * count / measure.places for count in (measure.expected_confirmed, measure.confirmed))
-    counted = f"({measure.expected_confirmed} of {measure.places} places; now {now:.0f} %)"
-    assert f"after these about {then:.0f} % of the range to measure would have a speed {counted}" in answer["sentence"]
+    counted = f"after these about {measure.expected_confirmed} of {measure.places} places spread evenly over the range"
+    assert f"{counted} to measure would have a speed (now {measure.confirmed})" in answer["sentence"]
     assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}
     assert {tuple(state.values()) for state in answer["states"]} == expected
@@ -202,3 +208,24 @@ def test_a_route_is_drawn_in_its_place_and_by_its_outcomes(client):
     stated = page.partition("Of all maps")[2]
     for line in answer.json()["assumptions"]:
         assert line.replace("'", "&#39;").replace('"', "&#34;") in stated
+
+
+def test_a_campaign_of_which_no_recording_can_be_used_says_so_and_that_they_clamp(tmp_path):
+    """Discarded recordings count: whoever measures on with the same device would learn late that contact clamps."""
+    folder = write_campaign(tmp_path / "all" / "slow", recorded=False)
+    plan = fm.read_plan(folder)
+    for name in plan.recording.tolist()[:4]:
+        time, force = pulse(250.0, rate=100.0)
+        save(folder / "recordings" / f"{name}.csv", time, force + 60.0 * (time > 0.02))
+    with contextlib.suppress(fm.ForcemapError):
+        collect(folder)
+    entries = fm.read_campaign(folder).entries
+    clamp = sum("with_clamping" in str(entry.scenario and entry.scenario.value) for entry in entries)
+    assert {entry.use.value for entry in entries} == {"discarded"}
+    with client_of(tmp_path / "all") as client:
+        answer, page = client.get("/api/campaigns/slow").json(), client.get("/campaigns/slow").text
+    assert answer["problem"] == "no map: none of the recordings that were collected can be used; why stands beside each"
+    assert answer["phase_two"] == (f"{clamp} of 4 recordings clamp" if clamp else "")
+    assert answer["problem"] in page
+    assert "run forcemap collect" not in page
+    assert clamp > 0

@@ -9,6 +9,7 @@ from oracle import full_grid, training_grid
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
+import forcemap as fm
 from forcemap.maps.convex_hull import half_spaces
 from forcemap.maps.measured_range import MeasuredRange
 from sizes import COSTLY
@@ -193,3 +194,11 @@ def test_no_point_lies_outside_the_hull_however_close_others_lie(spread):
         apart = [(asked @ each[:, :3].T + each[:, 3]).max(axis=1) for each in (planes, ConvexHull(points).equations)]
         sure = np.abs(apart[1]) > 10 * spread + 1e-8
         np.testing.assert_array_equal(apart[0][sure] < 0, apart[1][sure] < 0)
+
+
+def test_a_state_is_asked_for_by_plain_numbers_and_by_arrays_that_broadcast():
+    measured = fm.published_map("ur10e").measured_range
+    assert measured.contains(0.7, 0.3, 0.3)
+    assert not measured.contains(0.7, 0.3, 3.0)
+    inside = measured.contains([[0.7], [1.9]], [0.2, 0.3], 0.3)
+    assert inside.tolist() == [[True, True], [False, False]]

@@ -339,11 +339,19 @@ def test_joint_paths_need_their_robot(capsys, tmp_path):
 
 
 def test_place_finds_where_to_put_the_table(capsys):
-    found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "--acceleration-mps2", "10")
+    quick = ["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "--acceleration-mps2", "10"]
+    found = result(capsys, *quick)
     assert found["best"]["distance_m"] == pytest.approx(0.8)
     assert min(each["cycle_time_s"] or math.inf for each in found["positions"]) == found["best"]["cycle_time_s"]
-    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 0
-    assert "best:" in capsys.readouterr().out
+    assert run(quick) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "best:" in said
+    assert found["as_fast"] == 1
+    assert found["best"]["distance_m"] == max(each["distance_m"] for each in found["positions"])
+    assert "it lies at the edge of the positions tried, in d" in said
+    finer = result(capsys, *quick[:-3], "0.05", *quick[-2:])
+    assert finer["best"]["distance_m"] > found["best"]["distance_m"]
+    assert finer["best"]["cycle_time_s"] < found["best"]["cycle_time_s"]
     assert run(["place", "kuka-iiwa7-30nm", "table.csv", *HAND, "--step-m", "0.2"]) == 1
     assert "no transient limit may be used" in capsys.readouterr().out
 
@@ -593,6 +601,62 @@ def test_the_terminal_says_which_segments_a_safety_sheet_would_stop(capsys):
         assert f"THESE ENTRIES WOULD STOP THE ROBOT on {', '.join(dict.fromkeys(stopped))} (the sheet says why)" in said
 
 
+def test_the_safety_sheet_of_a_path_says_where_a_block_holds_it_for_straight_motion_alone(capsys):
+    """A press down where the zones, raised by 14 %, have no speed, and those of straight motion have one."""
+    Path("down.csv").write_text("x_m,y_m,z_m\n0.72,0,0.38\n0.72,0,0.30\n")
+    command = ["export-path", "ur10e", "down.csv", "--format", "safety", *HAND, "-o", "safety.md"]
+    run(command)
+    said, sheet = " ".join(capsys.readouterr().out.split()), Path("safety.md").read_text()
+    assert "segment path: leaves the block of zones" in sheet
+    hint = "for motion exactly along the map's direction ONLY (--angle-deg 0) there is a block that holds the path"
+    assert hint in said
+    assert hint in sheet
+    limit = re.search(r"where contact is possible, at most (\d\.\d{3}) m/s", sheet)[1]
+    run([*command, "--angle-deg", "0"])
+    said, sheet = " ".join(capsys.readouterr().out.split()), Path("safety.md").read_text()
+    assert f"| tool speed limit | {limit} m/s |" in sheet
+    assert "leaves the block" not in sheet
+    assert "(--angle-deg 0)" not in sheet
+    Path("aslant.csv").write_text("x_m,y_m,z_m\n0.72,0,0.38\n0.723,0,0.30\n")  # 2 degrees off the direction
+    run([*command[:2], "aslant.csv", *command[3:]])
+    assert "(--angle-deg 0)" not in Path("safety.md").read_text()
+
+
+def test_rows_too_close_to_blend_are_said_of_a_scaling_file(capsys):
+    for step, said_so in ((0.004, True), (0.02, False)):
+        heights = np.arange(0.44, 0.36 - 1e-9, -step)
+        Path("rows.csv").write_text("x_m,y_m,z_m\n" + "".join(f"0.8,0,{h:.4f}\n" for h in heights))
+        run(["export-path", "ur10e", "rows.csv", *HAND, "-o", "scaling.csv"])
+        said = " ".join(capsys.readouterr().out.split())
+        assert ("ROWS AS CLOSE AS 4.0 mm: blends there must not exceed 2.0 mm" in said) == said_so
+
+
+def test_a_short_slowest_piece_of_a_log_is_a_missing_corner_only_where_it_points_aside(capsys):
+    """A robot that brakes to rest leaves a short last piece along its motion: nothing is missing there."""
+    rows = ["x_m,y_m,z_m,time_s", "0.8,0,0.44,0", "0.8,0,0.40,0.2", "0.8,0,0.38,0.3", "0.8,0,0.3797,0.35"]
+    Path("braking.csv").write_text("\n".join(rows))
+    run(["path", "ur10e", "braking.csv", *HAND])
+    said = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"slowest: [^:]*: 280 N, back_of_hand, transient, over 0.3 mm", said)
+    assert "no row at a corner" not in said
+    corner = [*rows[:3], "0.80002,0,0.3997,0.21", "0.82,0,0.3697,0.3"]
+    Path("corner.csv").write_text("\n".join(corner))
+    run(["path", "ur10e", "corner.csv", *HAND])
+    assert "transient, over 0.3 mm, as where a log has no row at a corner" in " ".join(capsys.readouterr().out.split())
+
+
+def test_times_in_another_unit_are_refused(capsys):
+    """A speed that no robot has: a log in milliseconds read as one in seconds, or the other way round."""
+    Path("log.csv").write_text("x_m,y_m,z_m,time_s\n0.8,0,0.44,0\n0.8,0,0.40,0.0002\n")
+    with pytest.raises(fm.InputError, match=r"log.csv: path: found 200 m/s between two rows .* at most 10 m/s; times"):
+        fm.read_path("log.csv")
+    Path("ms.csv").write_text("t,X,Y,Z\n0,800,0,440\n200,800,0,400\n")
+    given = {"position": ["X", "Y", "Z"], "length_unit": "mm", "time": "t"}
+    assert fm.read_path("ms.csv", columns=given | {"time_unit": "ms"}).speeds == pytest.approx([0.2])
+    with pytest.raises(fm.InputError, match="found 200 m/s"):
+        fm.read_path("ms.csv", columns=given | {"time_unit": "us"})
+
+
 def test_exports_into_a_folder_that_is_not_there_say_what_to_do(capsys, tmp_path):
     for form, name in (("csv", "cell/zones.csv"), ("krl", "cell")):
         assert run(["export", "ur10e", "--format", form, *HAND, "-o", name]) == 2
@@ -633,9 +697,9 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
         f"{words} the standard's one speed (on a way its slowest zone counts); up to 0.052 m/s slower than their "
         "fastest corner; not safety-rated" in said
     )
-    assert "take the path's own factors (forcemap export-path), or smaller zones (--zone-m 0.02), for motion" in said
+    assert "path's own factors (forcemap export-path --format scaling), or smaller zones (--zone-m 0.02)" in said
     assert "the bound is raised by 14 % everywhere" in " ".join(said.split())
-    assert "without these degrees, too (--angle-deg 0)" in said
+    assert "for motion exactly along the direction ONLY, --angle-deg 0 leaves these degrees out" in said
     table = fm.robot_table(
         fm.published_map("ur10e"), limits=[(fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)],
         bound=fm.FixedMargin(0.10),

@@ -192,7 +192,7 @@ def test_the_proposed_speed_is_the_one_the_map_says(name, limit):
         return
     (line,) = lines
     assert f"at {len(exceeding)} of 9 places: at worst, at 1.1 times the expected force" in line
-    assert f"to plan {min(usable):.2f} m/s at once, which would be within it at {len(usable)} of them" in line
+    assert f"(planned at once, those of {min(usable):.2f} m/s, within it at {len(usable)} of them, may cost" in line
     hopeless = len(exceeding) - len(usable)
     assert ("no speed from 0.05 m/s up" in line) == (hopeless > 0)
     assert "the map extrapolates" in line
@@ -229,8 +229,8 @@ def test_the_standards_model_is_doubled_because_maps_exceed_it():
     assert overload.startswith(f"the device may be overloaded at {above} of {len(states)} planned states: at worst, at")
     assert 0 < above < len(states)
     assert "2 times the expected force" in line
-    assert "to plan 0.06 m/s at once, which would be within it" in line  # 0.1320 / 2
-    assert "vanishes at rest, a robot's does not" in line
+    assert "(planned at once, those of 0.06 m/s, within it" in line  # 0.1320 / 2
+    assert "a robot's force does not vanish at rest, as the model's does" in line
 
 
 @pytest.mark.parametrize(

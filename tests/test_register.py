@@ -605,6 +605,89 @@ def test_a_campaign_that_is_entered_again_has_to_be_released_again(
     assert in_force(asked) == [2]
 
 
+@pytest.mark.parametrize("newer", ["more impacts", "other conditions"])
+def test_older_content_is_not_released_once_newer_that_measured_more_was_entered(
+    newer, register, tmp_path, measured, asked, forcemap
+):
+    """A folder restored from a copy: what was measured since counts."""
+    folder = Path(shutil.copytree(measured, tmp_path / "west"))
+    asked("enter", folder)
+    assert released(asked, folder) == 1
+    kept = shutil.copytree(folder, tmp_path / "kept")
+    if newer == "more impacts":
+        file = folder / "recordings" / fm.read_campaign(folder).entries[0].file
+        again = file.with_name(file.name.replace("-r1", "-r2"))
+        again.write_text(file.read_text().replace("\n", "\n\n", 1))
+    else:
+        edit(folder / "campaign.toml", "error_N = 3.0", "error_N = 30.0")
+    code, _, error = forcemap("collect", folder)
+    assert code == 0, error
+    code, answer = asked("enter", folder)
+    assert code == 0, answer
+    assert in_force(asked) == []
+    shutil.rmtree(folder)
+    shutil.copytree(kept, folder)
+    asked("enter", folder)
+    assert "a newer state of this campaign, entered for the cell" in released(asked, folder)
+    assert in_force(asked) == []
+
+
+@pytest.mark.parametrize("name", ["west", "other"])
+def test_impacts_that_were_to_confirm_a_map_are_not_forgotten_by_a_changed_copy(
+    name, register, tmp_path, measured, asked, forcemap
+):
+    """A folder restored from a copy, with a word changed or another name, is new content, and still lacks them."""
+    folder = Path(shutil.copytree(measured, tmp_path / "west"))
+    asked("enter", folder)
+    assert released(asked, folder) == 1
+    kept = shutil.copytree(folder, tmp_path / "kept")
+    rows_of_plan = (folder / "plan.csv").read_text().splitlines()
+    header, first = rows_of_plan[0].split(","), rows_of_plan[1].split(",")
+    confirming = dict(zip(header, first, strict=True)) | {"state_id": "c-d700", "role": "test"}
+    confirming["recording"] = "c-d700-r1"
+    (folder / "plan.csv").write_text("\n".join([*rows_of_plan, ",".join(confirming[key] for key in header)]) + "\n")
+    made = fm.read_campaign(folder).entries[0].file
+    text = (folder / "recordings" / made).read_text().replace("\n", "\n\n", 1)
+    (folder / "recordings" / "c-d700-r1.csv").write_text(text)
+    code, _, error = forcemap("collect", folder)
+    assert code == 0, error
+    assert asked("enter", folder)[0] == 0
+    again = tmp_path / name
+    shutil.rmtree(folder)
+    shutil.copytree(kept, again)
+    edit(again / "campaign.toml", 'program = "', 'document_number = "7"\nprogram = "')
+    code, _, error = forcemap("collect", again)
+    assert code == 0, error
+    (again / "report.html").unlink()
+    assert forcemap("report", again, "--area", "chest")[0] == 0
+    assert asked("enter", again)[0] == 0
+    assert "are not in this folder: c-d700; what they measured counts" in released(asked, again)
+    assert in_force(asked) == ([] if name == "west" else in_force(asked))
+
+
+def test_the_campaigns_own_limits_are_those_of_its_release_and_part_of_its_content(
+    register, tmp_path, measured, asked, forcemap
+):
+    """A table that is lowered afterwards ends the release."""
+    folder = Path(shutil.copytree(measured, tmp_path / "west"))
+    columns = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+    lines = ["# edition: own", "# source: own", "# version: 1", columns, "chest,Chest,chest,100,170,2"]
+    lines.append("temple,Temple,skull_forehead,100,130,0")
+    (folder / "mine.csv").write_text("\n".join(lines) + "\n")
+    stated = folder / "campaign.toml"
+    stated.write_text(stated.read_text() + '\n[standard]\nlimit_table = "mine.csv"\n')
+    assert forcemap("collect", folder)[0] == 0
+    (folder / "report.html").unlink()
+    assert forcemap("report", folder)[0] == 0
+    assert asked("enter", folder)[0] == 0
+    assert released(asked, folder) == 1
+    (release,) = asked("state", "plant/cell-1")[1]["releases"]
+    assert (release["in_force"], release["limit_N"]) == (True, 340.0)
+    edit(folder / "mine.csv", "100,170,2", "100,60,2")
+    asked("enter", folder)
+    assert in_force(asked) == []
+
+
 def test_a_cell_without_a_site_stays_reachable(register, tmp_path, asked, folders):
     bare = collected(tmp_path / "bare", 30, 9, site="")
     asked("enter", bare)

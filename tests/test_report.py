@@ -27,7 +27,7 @@ from forcemap.errors import MissingExtra
 from forcemap.files import sha256
 from forcemap.report import MadeFor, inputs_list, report_html, report_pdf
 from forcemap.report.permission import headline, nowhere
-from forcemap.words import sentences
+from forcemap.words import sentence, sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 DATE = "2026-11-21"
@@ -295,8 +295,8 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     speeds = fm.speed_map(force_map, *axes, **case).speeds.speed_to_program
     said = " ".join(text_of(parts(page, "answer", None)[0]).split())
     pattern = (
-        r"back of hand, transient: (\d+) of 49 places and around them, within d ([\d.]+) to ([\d.]+) m, "
-        r"h ([\d.]+) to ([\d.]+) m;"
+        r"back of hand, transient: (\d+) of 49 places and around them, all in d ([\d.]+) to ([\d.]+) m, "
+        r"h ([\d.]+) to ([\d.]+) m \(others in there have a speed; why: section 13\)"
     )
     none, near, far, low, high = map(float, re.search(pattern, said).groups())
     assert none == np.isnan(speeds).sum()
@@ -304,6 +304,11 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     without = np.isnan(fine.speeds.speed_to_program) & (fine.speeds.outcome != fm.SpeedOutcome.OUTSIDE)
     i, j = np.nonzero(without)
     assert len(i) > 1000
+    program = fine.speeds.speed_to_program
+    answer = next(cells[3] for cells in rows(page, "answer") if "transient" in cells[0])
+    slowest, fastest = map(float, re.match(r"([\d.]+) to ([\d.]+) m/s to program", answer).groups())
+    assert slowest == pytest.approx(np.nanmin(program), abs=0.0025)
+    assert fastest == pytest.approx(np.nanmax(program), abs=0.0015)
     assert near <= fine.distance[i].min() < near + 0.01
     assert far - 0.015 < fine.distance[i].max() <= far
     assert low <= fine.height[j].min() < low + 0.01
@@ -314,11 +319,11 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     for above in np.linspace(0.14, 0.46, 40):
         answer = fm.safe_speed(force_map, np.linspace(far + 1e-4, 0.89, 20), above, **case)
         assert not np.isnan(answer.speed_to_program).any()
-    assert "for places 5 cm apart (between them: forcemap speed)" in said
+    assert "for places 5 cm apart (between them and at the edge: forcemap speed)" in said
     lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
     within = f"within d {lowest[0]:.3f} to {highest[0]:.3f} m, h {lowest[1]:.3f} to {highest[1]:.3f} m"
-    assert f"outside the measured range, which lies {within} (why: section 13)" in said
-    assert "h: height above the robot's base, not above the floor" in said
+    assert f"No permission: outside the measured range ({within});" in said
+    assert "h: height above the base, not the floor" in said
     assert "slower motion than 0.200 m/s, as at every start and stop, was not measured" in said
     assert "the standard itself was not opened" in said
     (safe,) = parts(page, "speeds", None)
@@ -339,13 +344,35 @@ def test_places_without_a_speed_between_those_that_all_have_one_are_named(report
         assert low <= h.min() <= h.max() <= high
     line = headline(results) | {"kind": "confirmed", "places": 39, "results": replace(results, open_places=())}
     (said,) = nowhere([line])
-    assert re.fullmatch(r"back of hand, transient: between the 39 places, within d 0.520 to [\d.]+ m, h .* m", said)
+    between = r"back of hand, transient: between the 39 places, all in d 0.520 to [\d.]+ m, h .* m"
+    assert re.fullmatch(between, said)
+    at_all = fm.speed_map(found.force_map, [0.8, 0.85], [0.35, 0.4], limit=results.limit, contact=results.contact,
+                          bound=found.bound, allowance=fm.Allowance())  # fmt: skip
+    everywhere = headline(replace(results, speeds=at_all, open_places=()))
+    assert everywhere["word"] == "PERMITTED BY THE MAP at 4 of 4 places, not everywhere between them"
     fine = replace(results.speeds, speeds=replace(results.speeds.speeds, to_program_outcome=np.full((7, 7), "x")))
     hole = OpenPlaces("why", ((0.7, 0.3),))  # smaller than the fine grid sees
     (near, far), (low, high) = _open_box(fine, (hole,))
     assert near < 0.7 < far
     assert low < 0.3 < high
     assert _open_box(fine, ()) is None
+
+
+def test_every_reason_why_a_place_has_no_speed_stands_in_the_report(reports):
+    """Those of places between the ones of its tables, too."""
+    _, found, page = reports("demo")
+    results = next(part for part in found.speeds if (part.limit.name, part.contact) == ("back_of_hand", "transient"))
+    places = np.random.default_rng(3).uniform([0.52, 0.14], [0.89, 0.46], (2000, 2)).T
+    case = {"limit": results.limit, "contact": results.contact, "bound": found.bound, "allowance": fm.Allowance()}
+    answer = fm.safe_speed(found.force_map, *places, **case)
+    kinds = {reason.kind for reason in answer.to_program_reason[np.isnan(answer.speed_to_program)]}
+    said = {group.reason.kind for group in results.open_places}
+    between = {reason.kind: reason for reason in results.open_between}
+    assert said < kinds == said | set(between)
+    (section,) = parts(page, "open", None)
+    shown = " ".join(text_of(section).split())
+    for reason in between.values():
+        assert f"between these places also: {sentence(reason)}" in shown
 
 
 def test_the_same_inputs_give_the_same_bytes(reports, tmp_path):
@@ -486,8 +513,9 @@ def test_a_report_whose_list_was_altered_is_not_replaced(written, ask, forcemap)
 def test_a_list_is_not_replaced_by_that_of_another_page(written, forcemap):
     listed = written / "report.sha256"
     before = listed.read_bytes()
-    code, _, err = forcemap("report", written, *HAND, "-o", written / "report.htm")
-    assert (code, "report.sha256: this is the list of report.html; choose another name" in err) == (2, True)
+    for name in ("report.htm", "report.HTML"):
+        code, _, err = forcemap("report", written, *HAND, "-o", written / name)
+        assert (code, "report.sha256: this is the list of report.html; choose another name" in err) == (2, True)
     assert listed.read_bytes() == before
     listed.write_bytes(b"junk\n" + before)
     require_kept(written, forcemap, "move it and report.sha256 away and keep both")

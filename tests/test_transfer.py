@@ -689,6 +689,31 @@ def test_a_map_whose_forces_drifted_is_not_carried_over():
         fm.transfer_map(drifted, impacts(TEN, NEW, 2))
 
 
+@pytest.mark.parametrize("factor", [1.0, 1.5])
+def test_a_map_that_a_confirming_impact_contradicts_is_not_carried_over(factor):
+    """One of six is no chance: it ends every speed of the map, and those of a map carried over from it."""
+    points = np.vstack([BOX.at(share) for share in (0.2, 0.35, 0.5, 0.6, 0.75, 0.8)])
+    made = impacts(THIRTY, OLD, 1)
+    force = printed_force(THIRTY, *points.T) * np.array([factor, 1, 1, 1, 1, 1])
+    both = fm.ImpactDataset.from_arrays(
+        distance=np.append(made.distance, points[:, 0]),
+        height=np.append(made.height, points[:, 1]),
+        speed=np.append(made.speed, points[:, 2]),
+        peak_force=np.append(made.peak_force, force),
+        state=[*made.state, *(f"c-{k}" for k in range(6))],
+        role=["train"] * len(made) + ["test"] * 6,
+        scenario=["unconstrained"] * (len(made) + 6),
+        phase2_force=[10.0] * (len(made) + 6),
+        conditions=CONDITIONS,
+    )
+    old, new = fm.fit_force_map(both), impacts(TEN, NEW, 2, conditions=CHANGED)
+    if factor == 1.0:
+        assert fm.transfer_map(old, new).fit.transfer
+        return
+    with pytest.raises(fm.FitError, match="impacts to confirm it, or at contact points, lie above its bound: c-0"):
+        fm.transfer_map(old, new)
+
+
 def test_carried_over_again_a_map_does_not_creep_outwards(old_map):
     """New states lie within the range of every earlier campaign, not of the last alone."""
     points = NEW.copy()

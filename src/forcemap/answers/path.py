@@ -133,6 +133,7 @@ class AlongAnswer(Answer):
     `acceleration_mps2` is the largest along the path in its cycle times; those as programmed of a path that is `timed`
     are the path's own. Where contact is excluded, as it is somewhere if `contact_excluded`, every cycle time is at the
     task's speed. `inside` is where pieces that are refused as outside would lie inside, for every map of theirs.
+    `standard_of` is which limit gives the standard's one speed; empty if it has none.
     Of several maps `map_sha256` is one hash over those of `maps`; `speed_kind` and `speed_error` are null where they
     differ, and `assumptions_by_map` has the assumptions by the names of their maps, those of all maps by no name.
     """
@@ -149,6 +150,7 @@ class AlongAnswer(Answer):
     acceleration_mps2: float
     timed: bool
     contact_excluded: bool
+    standard_of: Said
     position_tolerance_m: float
     inside: list[Inside]
 
@@ -304,6 +306,7 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
         "acceleration_mps2": speeds.acceleration,
         "timed": speeds.path.time is not None,
         "contact_excluded": any(note.kind is FindingKind.EXCLUDED_BY_TASK for note in speeds.notes),
+        "standard_of": speeds.standard_of or "",
         "position_tolerance_m": speeds.allowance.position,
         "inside": _inside(speeds),
     }

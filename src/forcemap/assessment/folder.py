@@ -29,7 +29,8 @@ from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.force_limits import ForceLimit
 
 _FILES = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE, POINTS_FILE, POINT_REGISTER)
-_FOLDERS = ("maps", RECORDINGS_FOLDER, PRESSURES_FOLDER, POINTS_FOLDER, PHOTOGRAPHS_FOLDER)
+_MEASURED = (RECORDINGS_FOLDER, PRESSURES_FOLDER, POINTS_FOLDER)
+_FOLDERS = ("maps", *_MEASURED, PHOTOGRAPHS_FOLDER)
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,20 @@ class CampaignLimitTable:
 
     table: LimitTable
     file: str
+
+
+def folder_of(source: str | Path) -> Path | None:
+    """The folder with campaign.toml that a path names: itself, by its impacts table or by a file measured in it.
+
+    None if there is none.
+    """
+    there = Path(source).exists()  # else the name of a published map, or of a folder to be made
+    for file in dict.fromkeys((Path(source).absolute(), Path(source).resolve())) if str(source) and there else ():
+        above = [folder.parent for folder in file.parents if folder.name in _MEASURED]
+        for folder in (file if file.is_dir() else file.parent, *above):
+            if (folder / CAMPAIGN_FILE).is_file():
+                return folder
+    return None
 
 
 def campaign_limit_table(folder: str | Path, conditions: Conditions) -> CampaignLimitTable:

@@ -63,9 +63,8 @@ class PlaceSpeeds:
         What to measure next for this limit.
     confirmation : ConfirmationResult or None
         Whether impacts at released speeds confirm the map for this limit; None if none were measured.
-    open_box : tuple of tuple of float, or None
-        Ends in distance and in height of a box around all places of the measured range without a speed, those between
-        the places of `speeds` too [m]; None if there are none.
+    fine : SpeedMap or None
+        Safe speeds on a finer grid, from end to end of the measured range: what `speeds` misses; None without speeds.
     """
 
     limit: ForceLimit
@@ -75,7 +74,7 @@ class PlaceSpeeds:
     standard_speed: float
     measure_next: NextMeasurements | Missing
     confirmation: ConfirmationResult | None = None
-    open_box: tuple[tuple[float, float], tuple[float, float]] | None = None
+    fine: SpeedMap | None = None
 
     @property
     def contradicted(self) -> bool:
@@ -98,17 +97,48 @@ class PlaceSpeeds:
         return tuple(impact.recording for impact in self.confirmation.impacts)
 
     @cached_property
-    def _confirmed(self) -> FloatArray:
-        """Speeds at contact and to program where there is one to program, shape (2, n); none if none is released."""
-        if isinstance(self.speeds, Missing) or self.not_released:
-            return np.empty((2, 0))
-        pairs = np.array([self.speeds.speeds.speed.ravel(), self.speeds.speeds.speed_to_program.ravel()])
-        return pairs[:, ~np.isnan(pairs[1])]
+    def open_box(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Ends in distance and in height of a box around all places of the measured range without a speed [m].
+
+        Those between the places of `speeds`, too; None if there are none.
+        """
+        return None if self.fine is None else _open_box(self.fine, self.open_places)
+
+    @cached_property
+    def open_between(self) -> tuple[Finding, ...]:
+        """Why places between those of `speeds` have no speed, where none of the open places says so."""
+        if self.fine is None:
+            return ()
+        said = {group.reason.kind for group in self.open_places}
+        kinds = {group.reason.kind: group.reason for group in _open_places(self.fine) if group.reason.kind not in said}
+        return tuple(kinds.values())
 
     @property
     def confirmed(self) -> int:
         """Number of places with a speed to program."""
-        return len(self._confirmed.T)
+        if isinstance(self.speeds, Missing) or self.not_released:
+            return 0
+        return int(np.sum(~np.isnan(self.speeds.speeds.speed_to_program)))
+
+    @cached_property
+    def _confirmed(self) -> FloatArray:
+        """Speeds at contact and to program where there is one to program, shape (2, n); none if none is released.
+
+        At all places looked at, those of the finer grid, too.
+        """
+        if isinstance(self.speeds, Missing) or not self.confirmed:
+            return np.empty((2, 0))
+        grids = [grid.speeds for grid in (self.speeds, self.fine) if grid is not None]
+        pairs = np.hstack([[grid.speed.ravel(), grid.speed_to_program.ravel()] for grid in grids])
+        return np.asarray(pairs[:, ~np.isnan(pairs[1])])
+
+    @property
+    def of_table(self) -> tuple[float, float]:
+        """Lowest and highest of the speeds to program at these places alone [m/s]; NaN if there is none."""
+        if isinstance(self.speeds, Missing) or not self.confirmed:
+            return math.nan, math.nan
+        program = self.speeds.speeds.speed_to_program
+        return float(np.nanmin(program)), float(np.nanmax(program))
 
     @property
     def unconfirmed(self) -> int:
@@ -126,22 +156,22 @@ class PlaceSpeeds:
 
     @property
     def slowest(self) -> float:
-        """Lowest of the speeds at contact there [m/s]: what holds at all confirmed places; NaN if there is none."""
+        """Lowest of the speeds at contact in the measured range [m/s], between places, too; NaN if there is none."""
         return float(self._confirmed[0].min()) if self.confirmed else math.nan
 
     @property
     def fastest(self) -> float:
-        """Highest of the speeds at contact there [m/s]; NaN if there is none."""
+        """Highest of the speeds at contact in the measured range [m/s]; NaN if there is none."""
         return float(self._confirmed[0].max()) if self.confirmed else math.nan
 
     @property
     def slowest_to_program(self) -> float:
-        """Lowest of the speeds to program [m/s]; NaN if there is none."""
+        """Lowest of the speeds to program in the measured range [m/s]; NaN if there is none."""
         return float(self._confirmed[1].min()) if self.confirmed else math.nan
 
     @property
     def fastest_to_program(self) -> float:
-        """Highest of the speeds to program [m/s]; NaN if there is none."""
+        """Highest of the speeds to program in the measured range [m/s]; NaN if there is none."""
         return float(self._confirmed[1].max()) if self.confirmed else math.nan
 
 
@@ -182,7 +212,7 @@ def place_speeds(
         return PlaceSpeeds(limit, contact, why, (), math.nan, why)
     speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step, allowance))
     open_places = () if isinstance(speeds, Missing) else _open_places(speeds)
-    fine = attempt(lambda: _fine(limit, contact, present(force_map), present(bound), allowance))
+    fine = attempt(lambda: fine_speeds(limit, contact, present(force_map), present(bound), allowance))
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     error = conditions.device.error_or_default
     tolerance = bound if isinstance(bound, ToleranceBound) else ToleranceBound(device_error=error)
@@ -198,16 +228,18 @@ def place_speeds(
         standard_speed=math.nan if isinstance(model, Missing) else model.speed_limit(limit, contact),
         measure_next=attempt(lambda: next_measurements(measured, limit, contact=contact, bound=tolerance, **ranges)),
         confirmation=confirmation,
-        open_box=None if isinstance(fine, Missing) else _open_box(fine, open_places),
+        fine=None if isinstance(fine, Missing) else fine,
     )
 
 
 _FINE = 61
-"""Places along distance, and along height, that are looked at for the box of those without a speed; a choice."""
+"""Places along distance, and along height, that are looked at between the ends of the measured range; a choice."""
 
 
-def _fine(limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, allowance: Allowance) -> SpeedMap:
-    """Safe speeds on a fine grid from end to end of the measured range."""
+def fine_speeds(
+    limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, allowance: Allowance
+) -> SpeedMap:
+    """Safe speeds on a fine grid from end to end of the measured range: the lowest and the highest are those of it."""
     axes = np.linspace(force_map.measured_range.lowest[:2], force_map.measured_range.highest[:2], _FINE).T
     return speed_map(force_map, *axes, limit=limit, bound=bound, contact=contact, allowance=allowance)
 

@@ -43,7 +43,7 @@ FEWEST_REPEATS = 3
 """Repeats that a point needs which rests on measurements: as many as the paper made of a state. A choice."""
 
 
-_NO_WAY = {"grown_m": None, "area": None} | dict.fromkeys(("here", "zone", "both"), False)
+_NO_WAY = {"grown_m": None, "area": None} | dict.fromkeys(("here", "zone", "both", "edge"), False)
 """What a point needs where its refusal says that itself."""
 
 
@@ -291,12 +291,21 @@ def _by_map(
             zone = point.extent > _tolerance(conditions).place
             ways = {"zone": zone, "both": not zone and point.by_measurements}
             ways["here"] = not any(ways.values())
+            outside = speeds.to_program_reason[i].kind is FindingKind.ZONE_OUTSIDE
+            ways["edge"] = outside and _inside(force_map, point)
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked, **ways)
             result, beside = confirmed(limit, contact, bound), _tolerance(conditions).place
             part = _mapped(float(speeds.speed_to_program[i]), reason, result, point, beside)
             rests_on = (*straight, *part.rests_on, lowest) if part.rests_on else ()
             parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
+
+
+def _inside(force_map: ForceMap, point: ContactPoint) -> bool:
+    """True if a point, with its zone but nothing around it, lies inside the measured range."""
+    ends = np.array([point.distance, point.distance_to]), np.array([point.height, point.height_to])
+    distance, height = map(np.ravel, np.meshgrid(*ends))
+    return bool(np.isfinite(force_map.measured_range.speeds(distance, height)[1]).all())
 
 
 def _mapped(

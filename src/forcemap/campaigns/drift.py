@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.campaigns.state import States
+from forcemap.campaigns.state import PLACE_SIZE, States, clusters
 from forcemap.findings import Finding, FindingKind
 
 ERROR_PROBABILITY = 0.05
@@ -16,6 +16,12 @@ ERROR_PROBABILITY = 0.05
 _APART = 0.2
 """Change of the force of one state above which it is said by its name. A choice: six times what states scatter by;
 devices put up again differ by less."""
+
+_LEAST_SPREAD = 0.1
+"""Sum of squares of ln v about the means of places, from which on forces tell how they rise with speed; a choice."""
+
+_AS_FAST = 0.02
+"""Difference of ln v up to which impacts made again count as no faster, but for errors of the speed; a choice."""
 
 LEAST_DRIFT = 0.01
 """Change of the force, as a share of it, below which it does not matter, however sure. A choice: states scatter by 2.1
@@ -28,7 +34,7 @@ class Drift:
 
     The effects of a state and of its place are in both and cancel; that of putting up the device again does not. So
     the scatter of the changes d = ln F again less ln F at first shows how sure their mean is: a t test with k - 1
-    degrees of freedom.
+    degrees of freedom. Of states that were slower again, d is less b ln (v again / v at first).
 
     Parameters
     ----------
@@ -81,8 +87,26 @@ class Drift:
         )
 
 
+def _speed_slope(states: States) -> float:
+    """b of ln F = a_place + b ln v, by least squares over the places that were measured at several speeds.
+
+    Without any 1, the standard's contact model.
+    """
+    read = states.select(states.censored == 0)
+    place = clusters(np.column_stack([read.distance, read.height]) / PLACE_SIZE)
+    counts = np.bincount(place)
+    speed, force = (
+        values - (np.bincount(place, values) / counts)[place] for values in (np.log(read.speed), read.log_force)
+    )
+    spread = float(speed @ speed)
+    return float(speed @ force) / spread if spread > _LEAST_SPREAD else 1.0
+
+
 def measured_again(first: States, again: States) -> Drift | None:
     """Compare states that were measured twice; states are the same if they bear the same name.
+
+    Impacts made again may be slower by as much as forces drift: then at the speed of the first. Faster ones count as
+    they are, for where the force hardly rises with speed a slope of all speeds would hide a drift.
 
     Parameters
     ----------
@@ -103,7 +127,11 @@ def measured_again(first: States, again: States) -> Drift | None:
     log_again = np.where(again.censored == 0, again.log_force, reached)
     pairs = ((first.name, first.log_force), (again.name, log_again), (again.name, again.censored > 0))
     of_first, of_again, above = (dict(zip(name, values.tolist(), strict=True)) for name, values in pairs)
+    speeds = (dict(zip(states.name, np.log(states.speed).tolist(), strict=True)) for states in (first, again))
+    v_first, v_again = (np.array([of_speed[name] for name in names]) for of_speed in speeds)
     change = np.array([of_again[name] - of_first[name] for name in names])
+    faster = v_again - v_first
+    change -= max(_speed_slope(first), 0.0) * np.where(faster > _AS_FAST, 0.0, faster)
     k, mean, censored = len(names), float(change.mean()), sum(above[name] for name in names)
     shares = zip(names, np.expm1(change).tolist(), strict=True)
     apart = tuple((name, share) for name, share in shares if abs(share) > _APART)

@@ -11,7 +11,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Texts
 from forcemap.campaigns.columns import Where
-from forcemap.errors import InputError
+from forcemap.errors import InputError, few
 
 PLACE_SIZE = 0.02
 """States that lie no further apart in distance and in height share a place and its effect [m] (docs/decisions.md)."""
@@ -23,6 +23,7 @@ SPEED_TOLERANCE = 0.010
 CONFIRMING = "c-"
 """How the names of states begin that are to confirm a map; they have role test."""
 
+_NAMED = 6  # states in a message; the others are counted
 _FEW = 500  # points of which every pair is looked at; of more, a tree finds those that are near
 
 _AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))
@@ -220,10 +221,11 @@ def identify_states(
         names = np.array([f"S{number + 1}" for number in range(index.max() + 1)])
     else:
         names, index = np.unique(given, return_inverse=True)
-    _refuse_wide_states(coordinates, index, names, tolerance, where, by_coordinates=given is None)
+    found = None if given is not None else np.array([""] * len(index))
+    _refuse_wide_states(coordinates, index, names, tolerance, where, chained=found)
     if given is not None:
         names, index = np.unique(_joined(coordinates, role, index, names, tolerance), return_inverse=True)
-        _refuse_wide_states(coordinates, index, names, tolerance, where, by_coordinates=True)
+        _refuse_wide_states(coordinates, index, names, tolerance, where, chained=given)
     return names[index]
 
 
@@ -276,8 +278,10 @@ def _refuse_wide_states(
     tolerance: StateTolerance,
     where: Where,
     *,
-    by_coordinates: bool,
+    chained: Texts | None,
 ) -> None:
+    """Refuse repeats of a state that lie too far apart; `chained` are the names of rows that are states by where they
+    lie, empty where they have none."""
     n = names.size
     spread = np.column_stack(
         [_largest(axis_values, index, n) + _largest(-axis_values, index, n) for axis_values in coordinates.T]
@@ -287,31 +291,34 @@ def _refuse_wide_states(
         member = np.flatnonzero(index == state)
         away = np.abs(coordinates[member, axis] - np.median(coordinates[member, axis]))
         position = int(member[::-1][away[::-1].argmax()])
-        remedy = f"is this row of state {str(names[state])!r}?"
-        if by_coordinates:
-            way_out = "lower the tolerance ([states] in campaign.toml), or name them in a state_id column"
-            remedy = f"impacts or states that lie closer than this form a chain: {way_out}"
         apart = f"{spread[state, axis]:.4g} {unit} apart, expected at most {allowed:g} {unit}"
-        raise where.error(position, column, f"found repeats of one state {apart}; {remedy}")
+        found, remedy = "repeats of one state", f"is this row of state {str(names[state])!r}?"
+        if chained is not None:
+            way_out = "lower the tolerance ([states] in campaign.toml, tolerance= in Python)"
+            if named := sorted({*filter(None, chained[member].tolist())}):
+                found = f"the states {few(named, _NAMED)}, each as close to the next as repeats are,"
+            else:
+                way_out += ", or name them in a state_id column"
+            remedy = f"impacts or states that lie closer than this form a chain: {way_out}"
+        raise where.error(position, column, f"found {found} {apart}; {remedy}")
 
 
 def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance) -> Texts:
     """Names of states; those of one role within the tolerance of each other share the name that comes first.
 
-    Repeats named one by one would count as independent states and make the bound too low. The name of states that were
-    to confirm a map comes first, as they are known by it.
+    Repeats named one by one would count as independent states and make the bound too low. States that were to confirm
+    a map are known by their names, and no others are: they share names among themselves alone.
     """
     joined = names[index]
-    for kind in ("train", "test"):
-        rows = np.flatnonzero(role == kind)
+    confirming = (role == "test") & np.char.startswith(joined, CONFIRMING)
+    for kind in (role == "train", confirming, (role == "test") & ~confirming):
+        rows = np.flatnonzero(kind)
         if not rows.size:
             continue
         member, number = np.unique(index[rows], return_inverse=True)
         means = [_means(axis[rows], number, member.size) for axis in coordinates.T]
         state = clusters(np.column_stack(means) / tolerance.scale)[number]
-        order = np.argsort(~np.char.startswith(joined[rows], CONFIRMING), kind="stable")
-        first = order[np.unique(state[order], return_index=True)[1]]
-        joined[rows] = joined[rows[first]][state]
+        joined[rows] = joined[rows[np.unique(state, return_index=True)[1]]][state]
     return joined
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,7 +12,7 @@ import numpy as np
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.answers.check import CheckAnswer, CheckedImpact, JudgementAnswer
+from forcemap.answers.check import CheckAnswer, CheckedImpact, JudgementAnswer, Unjudged
 from forcemap.answers.impacts import InspectAnswer
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
@@ -27,9 +27,13 @@ from forcemap.cli.column_options import (
 )
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, counted, emit, listing, table, verdict_first
+from forcemap.errors import few
 from forcemap.impacts.impact import TRANSIENT_TIME, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.verdicts.recording_results import recording_doubt
+
+_NAMED = 6
+"""Recordings named before a reason that they share; a choice: --json has all."""
 
 
 def check(
@@ -59,7 +63,9 @@ def check(
 
     Example: forcemap check run7.csv --area back_of_hand --device-range-N 500
     """
-    force_limit, _ = limit_from(limit, contact, quasi_static, limit_spring, contact_needed=False)
+    force_limit, _ = limit_from(
+        limit, contact, quasi_static, limit_spring, source=campaign or source, contact_needed=False
+    )
     conditions, columns = described(
         source, campaign, column, device_range, device_error, frequency_class, device_spring
     )
@@ -208,10 +214,18 @@ def check_lines(answer: CheckAnswer) -> list[str]:
         lines += [answer.reason]
         impacts = [line for impact in judged for line in _single(impact)]
         impacts += [f"  note: {note}" for recording in answer.recordings for note in recording.notes]
-    lines += _list("Not judged", [f"{doubt.recording}: {doubt.reason}" for doubt in answer.unjudged])
+    lines += _list("Not judged", _together(answer.unjudged))
     lines += _list("Excluded by a person, not judged", [f"{file.recording}: {file.reason}" for file in answer.excluded])
     within = [f"within: force + device error ({answer.device_error_N:g} N) <= limit at every instant"] if judged else []
     return [*lines, *impacts, "", *within, *_pressure_lines(answer), *answer.notes]
+
+
+def _together(unjudged: Iterable[Unjudged]) -> list[str]:
+    """Why recordings are not judged, those with one reason in one line."""
+    names: dict[str, list[str]] = {}
+    for doubt in unjudged:
+        names.setdefault(doubt.reason, []).append(doubt.recording)
+    return [f"{few(recordings, _NAMED)}: {reason}" for reason, recordings in names.items()]
 
 
 def _why(impacts: Sequence[CheckedImpact]) -> list[str]:

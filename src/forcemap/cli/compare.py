@@ -22,6 +22,7 @@ from forcemap.cli.options import (
     Payload,
     areas_from,
     bound_from,
+    campaign_table,
     force_map_from,
     too_few_states_named,
 )
@@ -133,7 +134,7 @@ def _compare_models(
     areas = areas_from(source, [region] if region else None)
     if len(areas) > 1:
         raise fm.InputError(f"area: expected --area, one of those of the contact points: {', '.join(areas)}")
-    limit = fm.force_limit(areas[0])
+    limit = fm.force_limit(areas[0], table=campaign_table(source))
     usable = limit if limit.permitted else None
     if _is_map(source):
         force_map = force_map_from(source, form)[0]

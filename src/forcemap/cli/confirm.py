@@ -39,7 +39,7 @@ def confirm(
 
     Example: forcemap confirm my-campaign --area back_of_hand --contact transient
     """
-    force_limit, kind = limit_from(limit, contact)
+    force_limit, kind = limit_from(limit, contact, source=source)
     force_map = force_map_from(source, form)[0]
     bound = bound_from(force_map)
     campaign = fm.read_campaign(source) if Path(source, "plan.csv").exists() else None

@@ -23,7 +23,7 @@ from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.recorded_impacts import recorded_impacts
 from forcemap.cli.check import SHOWN
 from forcemap.cli.column_options import campaign_of, described
-from forcemap.cli.options import bound_from, fitted, force_map_from, no_area, require_one_map, stated
+from forcemap.cli.options import bound_from, campaign_table, fitted, force_map_from, no_area, require_one_map, stated
 from forcemap.cli.task_options import path_from, task_from
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import maps_per_height
@@ -94,8 +94,8 @@ class Choices:
     task: str | None = None
     form: str | None = None
 
-    def limit(self) -> fm.ForceLimit:
-        """The limit of the body area.
+    def limit(self, source: Source) -> fm.ForceLimit:
+        """The limit of the body area, in the table that a campaign names or else the standard's.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class Choices:
         """
         if self.area is None:
             raise no_area()
-        return fm.force_limit(self.area)
+        return fm.force_limit(self.area, table=campaign_table(source.name))
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Source:
     def model(self, choices: Choices) -> ContactModel:
         """The standard's contact model for the body area."""
         conditions = self.force_map.conditions
-        return contact_model(conditions, choices.limit().name, moving_mass=choices.moving_mass)
+        return contact_model(conditions, choices.limit(self).name, moving_mass=choices.moving_mass)
 
     @property
     def _published(self) -> bool:
@@ -327,7 +327,7 @@ def _maps_2d(dataset: fm.ImpactDataset) -> list[fm.ForceMap]:
 
 
 def _evolution(sources: list[Source], choices: Choices, **size: Any) -> Figure:
-    limit = None if choices.area is None else choices.limit()
+    limit = None if choices.area is None else choices.limit(sources[0])
     impacts, conditions, names = zip(*(_impact_of(source.name) for source in sources), strict=True)
     (first, *beside) = impacts
     shown = {"conditions": next((each for each in conditions if each.simulated), conditions[0]), "names": names}
@@ -419,7 +419,7 @@ def _to_measure(sources: list[Source], choices: Choices, **size: Any) -> Figure:
 
 def _at_places(source: Source, choices: Choices) -> PlaceSpeeds:
     """Speeds on a grid for the limit, with what to measure next."""
-    limit = choices.limit()
+    limit = choices.limit(source)
     limit.require_permitted()
     if choices.contact is None:
         raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
@@ -443,7 +443,7 @@ def _path(sources: list[Source], choices: Choices, *, said: list[str], **size: A
         raise fm.InputError("path: expected --path, the file of a path")
     tool_path = path_from(choices.path)
     chosen = [text for text in (choices.task, choices.area) if text is not None]
-    task = task_from(stated(chosen), tool_path.names, choices.contact)
+    task = task_from(stated(chosen, sources[0].name), tool_path.names, choices.contact)
     bound: Bound = bound_from(sources[0].force_map)
     speeds = fm.path_speeds(sources[0].force_map, tool_path, task, bound=bound)
     said += warnings(speeds.bases)

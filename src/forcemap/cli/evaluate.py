@@ -18,6 +18,7 @@ from forcemap.cli.options import (
     FormName,
     Json,
     Table,
+    campaign_table,
     fitted,
     force_map_from,
     impacts_of,
@@ -30,6 +31,7 @@ from forcemap.cli.output import (
     emit,
     fit_notes,
     listing,
+    outside_words,
     place_lines,
     shown,
     table,
@@ -118,7 +120,7 @@ def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: st
     """The maps of a table from each of its speeds on."""
     if area is not None and contact is None:
         raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
-    dataset, limit = impacts_of(source), None if area is None else fm.force_limit(area)
+    dataset, limit = impacts_of(source), None if area is None else fm.force_limit(area, table=campaign_table(source))
     with too_few_states_named(source, form):
         found = compare_slowest_speeds(
             dataset, limit=limit, contact=contact or fm.Contact.TRANSIENT, form=fm.form_named(form or fm.CFM_3D.name)
@@ -204,6 +206,7 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     verdict = (
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}"
+        f"{outside_words(first)}"
     )
     if len(answer.accuracies) == 1 and answer.places is not None and answer.own_sd_percent is None:
         verdict = "NOTHING TELLS HOW FAR THIS MAP IS OFF: it passes through every state that it was fitted to"

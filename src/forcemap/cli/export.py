@@ -47,7 +47,7 @@ from forcemap.errors import InputError, one_line
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
 from forcemap.exports.robot_table import Provenance, RobotTable
-from forcemap.exports.safety_proposal import safety_proposal, segments_stopped
+from forcemap.exports.safety_proposal import block_of_path, safety_proposal, segments_stopped
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
@@ -106,12 +106,13 @@ def export(
     Example: forcemap export impacts.csv --format urscript --area back_of_hand --contact transient -o speeds.script
     """
     maps = options.maps_from(source, device_spring)
-    used, given = options.bound_from(maps, bound, margin), options.stated(limit)
+    used, given = options.bound_from(maps, bound, margin), options.stated(limit, source)
     if output is not None:
         krl = format is Format.KRL
         require_folder(Path(output) if krl else Path(output).parent, " for the two files of KRL" * krl)
     task = task_of(given, maps, contact, quasi_static, limit_spring) if given.tasks else None
-    limits = limits_of(task, given.table) if task else [options.limit_from(limit, contact, quasi_static, limit_spring)]
+    newtons = (quasi_static, limit_spring)
+    limits = limits_of(task, given.table) if task else [options.limit_from(limit, contact, *newtons, source=source)]
     case: dict[str, Any] = {"limits": limits, "bound": used, "size": size, "angle": angle, "date": date_of_files()}
     case["allowance"] = fm.Allowance(speed=overshoot, position=tolerance)
     zones: RobotTable | DirectedTables
@@ -380,7 +381,7 @@ def export_path(
     Example: forcemap export-path impacts.csv path.csv --task task.toml -o scaling.csv
     """
     maps = options.maps_from(source, device_spring)
-    used, given = options.bound_from(maps, bound, margin), options.stated(task)
+    used, given = options.bound_from(maps, bound, margin), options.stated(task, source)
     if output is not None:
         require_folder(Path(output).parent)
     tool_path = path_from(file, column)
@@ -399,15 +400,17 @@ def export_path(
         zones = replace(zones, provenance=provenance)
         words = _zones_permitted(_permitted(zones, maps, limits), angle, one=True)
         result = zones_result(zones)
-        text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
+        asked = {"table": given.table, **case}
+        straight = "" if not angle or block_of_path(zones, speeds) else _straight(maps, tool_path, whole_task, **asked)
+        text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds, straight=straight)
         raised = zones_raised(angle, _SMALL_ZONE, one=True)  # the size of its zones cannot be stated
         permitted = zones.permitted > 0 and not speeds.refused.any()
         words += ", NOT for this path, which is not permitted everywhere" * bool(speeds.refused.any())
-        words += _stops(zones, None, speeds)
+        words += f"{_stops(zones, None, speeds)}{straight}"
     else:
         provenance = provenance.of_path(speeds)
         result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
-        words = f"{_slowed(speeds)}{_time_as_commanded(speeds, result)}"
+        words = f"{_slowed(speeds)}{_time_as_commanded(speeds, result)}{_close_rows(speeds)}"
         raised = path_raised()
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
@@ -421,12 +424,26 @@ def _stops(zones: RobotTable, task: fm.Task | None, speeds: fm.PathSpeeds | None
     return f"; THESE ENTRIES WOULD STOP THE ROBOT on {', '.join(map(one_line, stopped))} (the sheet says why)"
 
 
+def _straight(maps: fm.ForceMap | Atlas, path: fm.ToolPath, task: fm.Task, **case: Any) -> str:
+    """That a block of zones holds a path if it moves along the map's direction alone; empty if none does."""
+    speeds = fm.path_speeds(maps, path, task, angle=0.0, **case)
+    limits = limits_of(task, case.pop("table"))
+    zones = _zones_beside(maps, task, limits, PathFormat.SAFETY, angle=0.0, **case)
+    block = block_of_path(zones, speeds) if isinstance(zones, RobotTable) else None
+    if block is None:
+        return ""
+    holds = f"a block that holds the path where contact is possible, at most {block[4] / 1000:.3f} m/s"
+    return f"; for motion exactly along the map's direction ONLY (--angle-deg 0) there is {holds}"
+
+
 def _slowed(speeds: fm.PathSpeeds) -> str:
     """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
     without = int(np.isnan(speeds.programmed).sum())
     slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
     braking = int((slowed & ~speeds.too_fast).sum())
-    permitted = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
+    refused = int(speeds.refused.sum())
+    permitted = f"{len(speeds.path) - refused} of {len(speeds.path)} pieces permitted"
+    permitted = f"{refused} of {len(speeds.path)} pieces WITHOUT PERMISSION (factor 0)" if refused else permitted
     only = f" ({braking} only to brake for a slower one)" if braking else ""
     factors = f"{int(slowed.sum())} of them slowed down{only}"
     if without:
@@ -451,6 +468,15 @@ def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
             "fastest state none where contact is possible"
         )
     return f", {time:.3f} s at their commanded speeds ({'; '.join(costs)})"
+
+
+def _close_rows(speeds: fm.PathSpeeds) -> str:
+    """That the rows of a path lie closer together than a robot can blend within the position tolerance; else empty."""
+    shortest = float(speeds.path.lengths.min())
+    if speeds.path.time is not None or shortest >= 2 * speeds.allowance.position:
+        return ""
+    blends = f"blends there must not exceed {500 * shortest:.1f} mm, and a robot that stops at each row takes longer"
+    return f"; ROWS AS CLOSE AS {1000 * shortest:.1f} mm: {blends}: keep the corners alone, from which it is made again"
 
 
 def _zones_beside(

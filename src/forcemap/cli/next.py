@@ -57,7 +57,8 @@ def next_(
     distances: planned.Distances = None,
     heights: planned.Heights = None,
     speeds: Annotated[
-        str | None, Option("--speeds-mps", help="Slowest and fastest speed; else as planned, else 0.05,0.40.")
+        str | None,
+        Option("--speeds-mps", help="Slowest and fastest speed; else 0.05 and the fastest planned, or 0.40."),
     ] = None,
     states: _Budget = None,
     batch: Annotated[int, Option("--batch", help="States at a time.")] = _BATCH,
@@ -78,7 +79,7 @@ def next_(
     _require_no_map(folder)
     mass, source = planned.expected_of(expect)
     conditions = planned.conditions_of(folder, device_range, device_spring, mass)
-    force_limit, kind = limit_from(limit, contact)
+    force_limit, kind = limit_from(limit, contact, source=folder)
     campaign = fm.read_campaign(folder) if Path(folder, "plan.csv").exists() else None
     measured = _table(folder, conditions) if campaign is None else _measured(campaign)
     table_alone = campaign is None and isinstance(measured, fm.ImpactDataset)  # runs for it are shown, not written

@@ -12,6 +12,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.maps.bounds import Bound
 
 if TYPE_CHECKING:  # most commands take one map
@@ -223,16 +224,30 @@ class Stated:
     tables: list[str]
     newtons: list[float]
     names: list[str]
+    source: str = ""
 
     @property
     def table(self) -> TableOfLimits | None:
-        """The user's own table of limits, if one is named."""
-        return fm.read_limit_table(self.tables[0]) if self.tables else None
+        """The user's own table of limits, if one is named: by the option, else by the campaign that is the source."""
+        return fm.read_limit_table(self.tables[0]) if self.tables else campaign_table(self.source)
 
 
-def stated(limit: Sequence[str] | None) -> Stated:
-    """The values of the limit's option, sorted by kind."""
-    values = Stated([], [], [], [])
+def campaign_table(source: str) -> TableOfLimits | None:
+    """The table of limits that a campaign names, of which the folder, a recording or the impacts table is given.
+
+    None if it names none, and of several campaigns: each of these says first that its own is not used.
+    """
+    from forcemap.assessment.folder import campaign_limit_table, folder_of  # most campaigns name none
+
+    if source.lower().endswith(".json") or several_maps(source) or (folder := folder_of(source)) is None:
+        return None
+    own = campaign_limit_table(folder, fm.read_conditions(folder / CAMPAIGN_FILE))
+    return own.table if own.file else None
+
+
+def stated(limit: Sequence[str] | None, source: str = "") -> Stated:
+    """The values of the limit's option, sorted by kind; without a table that of the campaign counts."""
+    values = Stated([], [], [], [], source)
     for text in limit or ():
         newtons = number(text)
         if newtons is not None:
@@ -251,10 +266,14 @@ def limit_from(
     quasi_static: float | None = None,
     spring: float | None = None,
     *,
+    source: str,
     contact_needed: bool = True,
 ) -> tuple[fm.ForceLimit | fm.NewtonLimit, fm.Contact | None]:
-    """The limit that the options name, and the kind of contact, which a body area's needs where speeds are asked."""
-    given = stated(limit)
+    """The limit that the options name, and the kind of contact, which a body area's needs where speeds are asked.
+
+    Body areas are those of `--limit-table`, else of the table that the campaign `source` names, else the standard's.
+    """
+    given = stated(limit, source)
     if given.tasks or len(given.newtons) + len(given.names) != 1 or given.names == [""]:
         raise fm.InputError("limit: expected one of --area or --limit-N")
     if given.newtons:
@@ -278,7 +297,8 @@ def areas_from(source: str, named: Sequence[str] | None) -> list[str]:
     from forcemap.assessment.contact_points import POINTS_FILE, read_contact_points  # most commands name their area
 
     beside = (Path(source) if Path(source).is_dir() else Path(source).parent) / POINTS_FILE
-    areas = [point.limit.name for point in read_contact_points(beside)] if beside.exists() else []
+    table = campaign_table(source)
+    areas = [point.limit.name for point in read_contact_points(beside, table=table)] if beside.exists() else []
     if not areas:
         raise no_area(f", or the contact points in {beside.name}")
     return list(dict.fromkeys(areas))

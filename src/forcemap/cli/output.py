@@ -303,12 +303,18 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
     return [*lines, *([f"{head}: {'; '.join(above)}"] if above else [])]
 
 
+def outside_words(accuracy: AccuracyAnswer) -> str:
+    """How many of the states that an accuracy is of lie outside the map's measured range; empty if none does."""
+    outside = accuracy.outside_states
+    return f" ({outside} of {accuracy.states} outside the measured range)" if outside else ""
+
+
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     """States beyond the map, and whether the form fits and forces have not drifted where nothing speaks against it."""
     notes = [test.finding for test in (answer.form_test, answer.drift) if test]
     first = answer.accuracies[0]
     beyond = f"{first.outside_states} of the {first.states} states ({first.on}) lie outside the map's measured range"
-    continued = [f"{beyond}; their errors are those of the map continued"]
+    continued = [f"{beyond} by more than repeats differ; their errors are those of the map continued"]
     return [*continued * bool(first.outside_states), *(note for note in notes if note not in answer.doubts)]
 
 
@@ -333,7 +339,7 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     if (shared_places := answer.places_shared or 0) < _TELLING:
         hardly = f"only {shared_places} with several states, which hardly tells what these share: "
     return [
-        f"{places} {hardly}{found}bound, standard errors and p values reckon with {shared}, the most "
+        f"{places} {hardly}{found}coefficients, bound, standard errors and p values reckon with {shared}, the most "
         f"that is likely (correlation {answer.place_correlation:.2f}, likeliest {likeliest}), and "
         f"{answer.own_sd_percent:.2f} % of a state's own"
     ]

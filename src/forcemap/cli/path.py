@@ -13,12 +13,15 @@ from typer import Argument, Option
 from forcemap import Allowance, ForceMap, Task, ToolPath, path_speeds, place_task
 from forcemap.answers.path import (
     AlongAnswer,
+    Best,
     GapAnswer,
     Inside,
     PathAnswer,
     PieceAnswer,
     PlacesAnswer,
+    Position,
     Refused,
+    SlowestAnswer,
     Suggestion,
 )
 from forcemap.cli import options, task_options
@@ -83,7 +86,7 @@ def path(
     Example: forcemap path impacts.csv path.csv --task task.toml
     """
     maps = options.maps_from(source, device_spring)
-    used, given = options.bound_from(maps, bound, margin), options.stated(task)
+    used, given = options.bound_from(maps, bound, margin), options.stated(task, source)
     tool_path = task_options.path_from(file, stated)
     whole_task = task_options.task_from(given, tool_path.names, contact, acceleration)
     allowance = Allowance(speed=overshoot, position=tolerance)
@@ -128,7 +131,7 @@ def place(
     Example: forcemap place impacts.csv table_path.csv --area back_of_hand --contact transient --step-m 0.1
     """
     maps = options.maps_from(source, device_spring)
-    used, given = options.bound_from(maps, bound, margin), options.stated(task)
+    used, given = options.bound_from(maps, bound, margin), options.stated(task, source)
     tool_path = task_options.path_from(file)
     whole_task = task_options.task_from(given, tool_path.names, contact, acceleration)
     allowance = Allowance(speed=overshoot, position=tolerance)
@@ -383,12 +386,22 @@ def _slowest(answer: PathAnswer) -> list[str]:
     of_map = f" in {piece.map_name}" if len(answer.maps) > 1 else ""
     capped = ", capped at the highest speed measured there" if piece.outcome == "capped" else ""
     length = math.dist(piece.from_m, piece.to_m)
-    short = answer.timed and length < _SHORT
-    alone = f", over {1000 * length:.2g} mm alone, as where a log has no row at a corner" if short else ""
+    short = f", over {1000 * length:.2g} mm" if answer.timed and length < _SHORT else ""
+    short += ", as where a log has no row at a corner" if short and _stands_out(piece, answer.pieces) else ""
     return [
         f"slowest: {shown(piece.speed_to_program_mps)} m/s on {piece.segment} from {_place(piece.from_m)} to "
-        f"{_place(piece.to_m)}: {piece.limit_N:g} N, {piece.governed_by}{of_map}{capped}{alone}"
+        f"{_place(piece.to_m)}: {piece.limit_N:g} N, {piece.governed_by}{of_map}{capped}{short}"
     ]
+
+
+def _stands_out(slowest: SlowestAnswer, pieces: Sequence[PieceAnswer]) -> bool:
+    """True if a piece of a path moves in another direction than those before and after it."""
+    moved = [each for each in pieces if each.length_m]
+    for around in zip(moved, moved[1:], moved[2:], strict=False):
+        if (around[1].from_m, around[1].to_m) == (slowest.from_m, slowest.to_m):
+            before, own, after = (np.subtract(each.to_m, each.from_m) / each.length_m for each in around)
+            return min(angle_between(before, own), angle_between(own, after)) > _STRAY
+    return False
 
 
 def _programmed(pieces: list[PieceAnswer]) -> str:
@@ -532,10 +545,21 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"
             lines.append(f"  moved by {shift.distance_shift_m:+.3f} m, {shift.height_shift_m:+.3f} m: {cost}")
+        lines += [] if answer.as_fast > 1 else _edge(answer.positions, best, answer.finer_step_m or answer.step_m)
         if answer.file:
             lines.append(f"{answer.file}: the path moved there, in the frame of the base, with its times or speeds")
         lines += ["", "at the best position", *_cycle_lines(answer, refused=False)]
     return [*lines, "", *_positions(answer), f"bound: {bound_words(answer.bound)}", *assumes(answer)]
+
+
+def _edge(positions: Sequence[Position], best: Best, step: float) -> list[str]:
+    """That the best position is an outermost one of those tried, so that better ones may lie beyond."""
+    tried = np.array([(each.distance_m, each.height_m) for each in positions])
+    own = np.array([best.distance_m, best.height_m])
+    edges = (tried.min(axis=0) < tried.max(axis=0)) & ((own == tried.min(axis=0)) | (own == tried.max(axis=0)))
+    names = [name for name, at_edge in zip(("d", "h"), edges.tolist(), strict=True) if at_edge]
+    edge = f"  it lies at the edge of the positions tried, in {' and '.join(names)}"
+    return [f"{edge}: less than {step:g} m beyond may be a better one (--step-m {step / 2:g})"] if names else []
 
 
 def _positions(answer: PlacesAnswer) -> list[str]:
@@ -566,6 +590,7 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
         if (beyond := _beyond("the map does not permit the standard's one speed on {} of the path", answer))
         else []
     )
+    lines += [answer.standard_of] if answer.standard_of else []
     if answer.timed:
         own = "--acceleration-mps2, or acceleration_mps2 in the task"
         lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")

@@ -56,6 +56,7 @@ _Places = Annotated[
 _Again = Annotated[
     int | None, Option("--again", help="States measured again at the end, to tell drift; 3 of spread if not given.")
 ]
+_AROUND = f"the places must reach {1000 * fm.Allowance().position:g} mm beyond every place that can be hit"
 _PlaceMinutes = Annotated[float, Option("--minutes-per-place", help="Assumed time to put up the device at a place.")]
 _BaseAngles = Annotated[
     str, Option("--base-angles-deg", help="Angle of the base joint; for --design symmetry several.")
@@ -114,7 +115,7 @@ def plan(
     ranges = [figures(name, text) if text else [] for name, text in named.items()]
     stated = ({} if carried else _of_plan(reach, ranges[2])) | ({} if payload is None else {"payload": payload})
     conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass, **stated)
-    newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
+    newtons, doubts = _to_confirm(folder, limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
     shared: dict[str, Any] = {"states": states, "repeats": repeats, "device": conditions.device, "limit": newtons}
     angles = figures("base angles", base_angles) if base_angles else []
     others: dict[str, Any] = {"places": places, "again": again, "base_angles": angles, "reach": reach}
@@ -134,7 +135,7 @@ def plan(
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
     files += ["campaign.toml"] * bool(completed)
     files += [_kept(folder, carried[0])] if carried else []
-    notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes)]
+    notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes), *([] if carried else [_AROUND])]
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
@@ -245,9 +246,11 @@ def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:
     return fm.Design(kind), fm.form_named(form) if form else fm.CFM_3D
 
 
-def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) -> tuple[float, list[Finding]]:
+def _to_confirm(
+    folder: str, limit: list[str], contact: fm.Contact | None, stiffness: float
+) -> tuple[float, list[Finding]]:
     """The limit [N], and why this device can confirm no speed for it, if it cannot."""
-    force_limit, kind = limit_from(limit, contact)
+    force_limit, kind = limit_from(limit, contact, source=folder)
     if not isinstance(force_limit, fm.ForceLimit):
         return float(force_limit.force), []
     refusal = device_suitability(force_limit.name, force_limit.stiffness, stiffness).refusal

@@ -19,11 +19,11 @@ from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.cli.drawings import Choices, Kind, Source, draw
 from forcemap.cli.figure import WidthOption, drawn_width
 from forcemap.cli.options import FormName, Json, MovingMass
-from forcemap.cli.output import Progress, emit
+from forcemap.cli.output import Progress, emit, verdict_first
 from forcemap.cli.publication_tables import tables_of
 from forcemap.files import new_folder, read_bytes, sha256, write_atomically
 from forcemap.maps.map_file import map_text
-from forcemap.speeds.basis import doubts_of_fit, own_limits_unused
+from forcemap.speeds.basis import doubts_of_fit
 from forcemap.words import sentence, sentences
 
 _PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
@@ -36,6 +36,7 @@ _OF_AREA = (
     "; speeds and `comparison` are for that body area, `speeds-transient` and `speeds-quasi-static` for the contact "
     "that they name"
 )
+_COUNTED = {"data": "files of data", "tables": "tables", "figures": "figures"}
 
 
 def publication(
@@ -71,7 +72,8 @@ def publication(
         own = campaign_limit_table(campaign, dataset.conditions).file
         inputs = [file.path for file in campaign_inputs(campaign, further=filter(None, [own]))]
         target = new_folder(output)  # before anything is drawn
-        tables, left_out, no_speed = tables_of(source, Choices(area=area, moving_mass=moving_mass if area else None))
+        asked = Choices(area=area, moving_mass=moving_mass if area else None)
+        tables, left_out, no_speed, doubts = tables_of(source, asked)
         parts: dict[str, bytes] = {f"data/{name}": read_bytes(Path(campaign, name)) for name in inputs}
         parts["map.json"] = map_text(force_map).encode()
         parts |= {f"tables/{name}.csv": text.encode() for name, text in tables.items()}
@@ -84,7 +86,7 @@ def publication(
                 except fm.ForcemapError as error:
                     left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
-    first = [line for line in sentences([dataset.binding.reason or "", *_doubts(force_map, area)]) if line]
+    first = [*dict.fromkeys(filter(None, [*sentences([dataset.binding.reason or "", *_doubts(force_map)]), *doubts]))]
     mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
     of_form = [f"--form {form}"] * bool(form)
     options = [f"--area {area}" if area else "no --area", *of_form, *mass, f"--width {width}", *["--grey"] * grey]
@@ -93,12 +95,11 @@ def publication(
     for name, data in parts.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         write_atomically(target / name, data)
-    count = {kind: sum(name.startswith(f"{kind}/") for name in parts) for kind in ("data", "tables", "figures")}
-    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "no_speed": no_speed}
+    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "no_speed": no_speed, "warnings": first}
+    counts = (f"{sum(name.startswith(f'{kind}/') for name in parts)} {what}" for kind, what in _COUNTED.items())
+    whole = f"{target}: {', '.join(counts)}, map.json, CITATION.cff, README.md; checksums: sha256sum -c {_SUMS}"
     lines = [
-        *first,
-        f"{target}: {count['data']} files of data, map.json, {count['tables']} tables, {count['figures']} figures, "
-        f"CITATION.cff, README.md; checksums in {_SUMS} (sha256sum -c {_SUMS})",
+        *verdict_first(whole, first, simulated=dataset.simulated),
         *(f"{name}: {why}" for name, why in no_speed.items()),
         *(f"left out: {name}: {why}" for name, why in left_out.items()),
     ]
@@ -106,11 +107,10 @@ def publication(
     emit(said | {"simulated": dataset.simulated}, lines, as_json=as_json)
 
 
-def _doubts(force_map: fm.ForceMap, area: str | None) -> list[fm.Finding]:
-    """What must be said of a map, and of the limits of an area, before anything that rests on them."""
+def _doubts(force_map: fm.ForceMap) -> list[fm.Finding]:
+    """What must be said of a map before anything that rests on it."""
     transfer, conditions = force_map.require_fit().transfer, force_map.conditions
-    limits = own_limits_unused(fm.force_limit(area), conditions) if area else []
-    return [*(transfer.warnings if transfer else ()), *limits, *doubts_of_fit(force_map), *conditions.doubts]
+    return [*(transfer.warnings if transfer else ()), *doubts_of_fit(force_map), *conditions.doubts]
 
 
 def _as_folder(named: str, passing: str) -> str:

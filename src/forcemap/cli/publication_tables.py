@@ -33,8 +33,9 @@ _ERRORS = {
 """Columns of accuracies (paper, Tables II and III) and the attributes they show."""
 
 
-def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """The text of every table by its name, of those that cannot be had why, and of those without a speed why."""
+def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[str, str], dict[str, str], list[str]]:
+    """The text of every table by its name, of those that cannot be had why, of those without a speed why, and what must
+    be said first of their speeds."""
     dataset = source.impacts(Kind.GRID)
     tables = {
         "dataset": _csv(dataset, [_counts(dataset)]),
@@ -45,6 +46,7 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
     }
     left_out: dict[str, str] = {}
     no_speed: dict[str, str] = {}
+    doubts: dict[str, None] = {}
     accuracies = [(source.force_map.form.name, each) for each in fm.map_accuracy(source.force_map, dataset)]
     compared, wanting = _compared(source, dataset, choices)
     accuracies += [(model.model, each) for model in compared for each in (model.accuracy, model.on_all)]
@@ -54,12 +56,14 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
     else:
         for contact in fm.Contact:
             try:
-                tables[f"speeds-{contact}"], why = _speeds(source.force_map, choices.limit(), contact)
+                tables[f"speeds-{contact}"], answer = _speeds(source.force_map, choices.limit(source), contact)
+                doubts |= dict.fromkeys(answer.warnings)
+                why = "" if answer.fastest_to_program else f"{answer.limit}: {fastest_line(answer)}"
                 no_speed |= {f"tables/speeds-{contact}.csv": why} if why else {}
             except fm.ForcemapError as error:
                 left_out[f"tables/speeds-{contact}.csv"] = error.message
     rows = [{"model": name, "on": each.on, **_errors(each)} for name, each in accuracies]
-    return {**tables, "accuracy": _csv(dataset, rows)}, left_out, no_speed
+    return {**tables, "accuracy": _csv(dataset, rows)}, left_out, no_speed, list(doubts)
 
 
 def _compared(
@@ -124,16 +128,15 @@ def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset, role: str) -> Ite
         }
 
 
-def _speeds(force_map: fm.ForceMap, limit: fm.ForceLimit, contact: fm.Contact) -> tuple[str, str]:
-    """The table of speeds, and why it has none, if so."""
+def _speeds(force_map: fm.ForceMap, limit: fm.ForceLimit, contact: fm.Contact) -> tuple[str, SpeedMapAnswer]:
+    """The table of speeds, and the answer that it is of."""
     limit.require_permitted()
     bound = bound_from(force_map)
     grid = fm.measured_grid(force_map, PLACES_APART)
     speeds = fm.speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact)
     basis = {"limit": f"{limit}, {contact}", "bound": str(bound), "map": force_map.source}
     answer = SpeedMapAnswer.of_speeds(force_map, speeds, None)
-    why = "" if speeds.fastest_to_program else f"{answer.limit}: {fastest_line(answer)}"
-    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)}), why
+    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)}), answer
 
 
 def _csv(dataset: fm.ImpactDataset, rows: Sequence[Mapping[str, object]]) -> str:

@@ -31,7 +31,7 @@ from forcemap.answers.register import (
     VerifyAnswer,
     WhoAnswer,
 )
-from forcemap.cli.options import ContactKind, Json, LimitTable
+from forcemap.cli.options import ContactKind, Json, LimitTable, campaign_table
 from forcemap.cli.output import SIMULATED, Progress, counted, emit, listing
 from forcemap.errors import ForcemapError
 from forcemap.files import file_sha256
@@ -224,7 +224,7 @@ def release(
 
     Example: forcemap register release cell-7 my-campaign --area chest --contact transient --valid-until 2027-02-01
     """
-    table = fm.read_limit_table(limit_table) if limit_table else None
+    table = fm.read_limit_table(limit_table) if limit_table else campaign_table(folder)
     if area and contact is None:
         raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
     limits = [(fm.force_limit(name, table=table), contact) for name in dict.fromkeys(area or ()) if contact]

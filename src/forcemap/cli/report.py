@@ -89,7 +89,7 @@ def report(
         return _verify(verify, folder, as_json=as_json)
     several = several_maps(folder)
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
-    if target.suffix.lower() not in (".html", ".htm"):
+    if not _is_page(target):
         raise fm.InputError("found a name that ends otherwise, expected .html", file=str(target))
     if limit_table and not area:
         raise fm.InputError("limit: --limit-table goes with --area")
@@ -222,9 +222,14 @@ def write_report(
     return [str(target), str(listed), *([str(beside)] if pdf else [])]
 
 
+def _is_page(file: Path) -> bool:
+    """True if a report may be a file of this name."""
+    return file.suffix.lower() in (".html", ".htm")
+
+
 def _older_pdf(files: Sequence[str]) -> list[str]:
     """PDFs of earlier reports that stay beside those that were written."""
-    beside = [str(Path(file).with_suffix(".pdf")) for file in files if file.endswith((".html", ".htm"))]
+    beside = [str(Path(file).with_suffix(".pdf")) for file in files if _is_page(Path(file))]
     older = [name for name in beside if name not in files and Path(name).exists()]
     return [f"{', '.join(older)}: of an earlier report, not of this one; --pdf writes it again"] if older else []
 
@@ -248,8 +253,8 @@ def _require_replaceable(assessment: fm.CampaignAssessment | None, target: Path,
     if target.exists():
         _require_no_answer_lost(assessment, target, again)
     elif assessment and listed.exists():
-        page = next((each for end in (".html", ".htm") if (each := target.with_suffix(end)).exists()), None)
-        if page:
+        pages = (each for each in target.parent.iterdir() if each.stem == target.stem and _is_page(each))
+        if page := next(pages, None):
             raise fm.InputError(f"this is the list of {page.name}; choose another name", file=str(listed))
         if not is_inputs_list(read_bytes(listed)):
             raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
@@ -437,8 +442,8 @@ def _limit_line(part: PlaceSpeeds) -> str:
     return (
         f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
         f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
-        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
-        f"{part.unconfirmed} without a speed"
+        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place over the "
+        f"measured range; {part.unconfirmed} without a speed"
     )
 
 

@@ -56,7 +56,7 @@ def speed(
 
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
-    force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
+    force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring, source=source)
     case: dict[str, Any] = {"limit": force_limit, "contact": kind, "allowance": fm.Allowance(speed=overshoot)}
     if options.several_maps(source):
         return _speed_of_atlas(source, (distance, height), (bound, margin), form, device_spring, case, as_json=as_json)
@@ -147,7 +147,7 @@ def speed_map(
     if output and not output.endswith((".csv", ".json")):
         raise fm.InputError("found a name that ends otherwise, expected .csv or .json", file=output)
     force_map, accuracy = options.force_map_from(source, form, device_spring)
-    force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
+    force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring, source=source)
     used = options.bound_from(force_map, bound, margin)
     case: dict[str, Any] = {
         "limit": force_limit,

@@ -286,16 +286,17 @@ def known_states(force_map: ForceMap, dataset: ImpactDataset) -> list[str]:
 def fitted_states(force_map: ForceMap, dataset: ImpactDataset) -> list[str]:
     """Names of the training states of a dataset that a map was fitted to: neither they nor their repeats are new.
 
-    All of them if it is the map's own table; else those with the same forces, or wholly above the device range and of
-    the same name.
+    All of them if it is the map's own table; else those with the same place, speed and force, or wholly above the
+    device range with the same name, place and speed.
     """
     train, fit = dataset.train, force_map.fit
     if not len(train) or fit is None:
         return []
     if dataset.sha256 and dataset.sha256 == fit.table_sha256:
         return list(train.states.name)
-    censored = (set(states.select(states.impacts == 0).name) for states in (train.states, fit.states))
-    return [*known_states(force_map, train), *set.intersection(*censored)]
+    censored = [states.select(states.impacts == 0) for states in (train.states, fit.states)]
+    both = [{*zip(each.name, map(tuple, each.coordinates.tolist()), strict=True)} for each in censored]
+    return [*known_states(force_map, train), *(name for name, _ in set.intersection(*both))]
 
 
 def _own(force_map: ForceMap, dataset: ImpactDataset) -> list[str]:

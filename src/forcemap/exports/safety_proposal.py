@@ -17,11 +17,14 @@ _OF_PATH = "smallest rectangle of zones that holds the path where contact is pos
 _WIDEST = "rectangle of permitted zones with the largest area times speed"
 
 
-def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: PathSpeeds | None = None) -> str:
+def safety_proposal(
+    table: RobotTable, *, task: Task | None = None, speeds: PathSpeeds | None = None, straight: str = ""
+) -> str:
     """The text of the sheet (Markdown): one speed limit for a block of zones, planes, and lines to sign.
 
     The block is the one that a path needs, if every zone in it is permitted, else the largest. With a task or the
-    speeds of a path, it warns of the segments that would violate the entries.
+    speeds of a path, it warns of the segments that would violate the entries, and says with `straight` what block
+    there is for motion along the direction alone.
     """
     of_path, block = _block(table, speeds)
     lines = ["# Proposal for the safety configuration", "", *(f"- {line}" for line in head_lines(table.provenance)), ""]
@@ -41,10 +44,11 @@ def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: Path
     lines += ["| entry | proposed | in vendor units | note | typed in | by, date |", "|---|---|---|---|---|---|"]
     lines += [f"| {name} | {v:.3f} {si} | {1000 * v:.0f} {unit} | {note} | | |" for name, v, si, unit, note in entries]
     lines += [
-        f"| force, power, momentum, stopping | as in the campaign | {force:g} N at most on the body | the speeds above "
-        "keep this limit under the campaign's safety settings, not by an entry of this sheet | | |",
+        "| force, power, momentum, stopping | as in the campaign | | the speeds above "
+        f"keep the limit of {force:g} N on the body under the campaign's safety settings, not by an entry of this "
+        "sheet | | |",
         "",
-        f"The block is the {_OF_PATH if of_path else _WIDEST}.",
+        f"The block is the {_OF_PATH if of_path else _WIDEST}{straight}.",
         "A faster program needs the table of zones; the safety configuration knows one speed.",
         "",
         *_violations(table, block, task, speeds),
@@ -103,7 +107,7 @@ def _violations(table: RobotTable, block: _Block, task: Task | None, speeds: Pat
     if not words:
         return [f"No segment of the task violates these entries (compared: {compared}).", ""]
     return [
-        f"**WARNING: these entries may stop the robot in its task** (compared: {compared}).",
+        f"**WARNING: these entries would stop the robot in its task** (compared: {compared}).",
         "",
         *words,
         "",

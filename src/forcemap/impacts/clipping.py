@@ -42,7 +42,9 @@ FROZEN_STEPS = 2.0  # [steps of the readings]: with more noise a force that is h
 _REPEATS, _REPEATED_SHARE = 8, 0.5  # ... so many times, and for over half of the stay
 _NOISE_LIFT_SDS = 1.5  # [SD of the noise]: a height that noise alone may simulate
 _MOST_RATIO = 0.99  # of r: as the flanks become steps, r goes to 1 and h to infinity
-_LEAST_COMPONENT = 0.3  # share of the peak: a component that shows less of it says nothing about the peak
+_LEAST_COMPONENT = 0.3  # share of the peak: a component that shows less of it says nothing about the peak ...
+_LEAST_CUT_COMPONENT = 0.05  # ... unless it is cut off, from this share on ...
+_RAISED_BY_CUT = 0.02  # ... and what its flanks imply raises the peak by so much
 _LEAD_SAMPLES, _ZERO_SAMPLES = 4, 200  # before the onset: so many belong to the rise; from so many its zero is read
 _FLANK_FACTOR = 2.0  # the flanks may imply only half of what was missed
 _LEAST_UNSEEN = 0.01  # share of the peak: the peak is not promised more closely
@@ -132,7 +134,7 @@ def hidden_force(ratio: float, shallow: float, deep: float) -> float:
 
 
 def find_tops(impact: Impact) -> list[Top]:
-    """The top of Phase I of an impact, and the top of every recorded component that shows enough of the peak."""
+    """The top of Phase I, and of every recorded component that shows enough of the peak or was cut off."""
     recording, contact = impact.recording, impact.contact
     onset, peak_end, end = recording.time.searchsorted([impact.onset, impact.phase1_end, impact.end])
     start = max(int(onset) - _LEAD_SAMPLES, 0)
@@ -140,13 +142,24 @@ def find_tops(impact: Impact) -> list[Top]:
     noise = contact.baseline_sd * (1.0 + _NOISE_ERROR_SDS / math.sqrt(max(contact.baseline_samples, 1)))
     contact_top = _top(time[:phase1], contact.force[start : peak_end + 1], noise, 0.0, -1)
     tops = [replace(contact_top, least=0.0)]  # whether it was cut off shows in the recorded components
+    several = recording.force.ndim > 1 and recording.force.shape[1] > 1
     for component in columns(recording.force).T:
         away = component[start : end + 1] - np.median(component[max(start - _ZERO_SAMPLES, 0) : max(int(onset) - 1, 1)])
-        away = away if away.max() >= -away.min() else -away
-        if away.max() >= _LEAST_COMPONENT * impact.raw_peak_force:
-            top = _top(time, away, noise, smallest_step(component), phase1)
-            tops.append(replace(top, recorded=abs(float(component[start + int(away.argmax())]))))
+        further = away.max() >= -away.min()
+        for side, is_further in ((away, further), (-away, not further)):
+            if side.max() < _LEAST_CUT_COMPONENT * impact.raw_peak_force or not (several or is_further):
+                continue  # of several components the side that swings less far may be cut off, too
+            top = _top(time, side, noise, smallest_step(component), phase1)
+            shows = is_further and top.reading >= _LEAST_COMPONENT * impact.raw_peak_force
+            if shows or _raises(impact.raw_peak_force, top):
+                tops.append(replace(top, recorded=abs(float(component[start + int(side.argmax())]))))
     return tops
+
+
+def _raises(peak: float, component: Top) -> bool:
+    """True if the force [N] would be much larger by what the flanks of a small component imply."""
+    hidden = (component.reading + component.least) ** 2 - component.reading**2
+    return math.sqrt(peak**2 + hidden) >= (1.0 + _RAISED_BY_CUT) * peak
 
 
 def unseen_force(impact: Impact, tops: list[Top]) -> float:

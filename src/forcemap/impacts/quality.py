@@ -113,13 +113,16 @@ def _saturated(impact: Impact, tops: list[Top]) -> _Doubts:
         what = f"the device said {samples} time{'s' if samples > 1 else ''} that its range was exceeded"
         yield Quality.SATURATED, f"{what}: at least {reading:.1f} N"
     elif reading >= _RANGE_SHARE * device_range:
-        what = f"read {read:.1f} N" if read >= _RANGE_SHARE * device_range else f"{reading:.1f} N of contact force"
-        yield Quality.SATURATED, f"{what} of a device range of {device_range:g} N"
+        of = f"of a device range of {device_range:g} N"
+        if read >= _RANGE_SHARE * device_range:
+            yield Quality.SATURATED, f"read {read:.1f} N {of}, its zero line not taken off"
+        else:
+            yield Quality.SATURATED, f"{reading:.1f} N of contact force {of}"
     elif cut_off:
         of = "" if recorded.ndim == 1 else " of one component, as it was recorded"
-        top = f"{cut_off[0].samples} like samples at the top{of}, {cut_off[0].recorded:.1f} N"
+        top = f"{cut_off[0].samples} samples alike within the noise at the top{of}, {cut_off[0].recorded:.1f} N"
         higher = f"the flanks point at least {cut_off[0].least:.1f} N higher"
-        yield Quality.SATURATED, f"{top}: cut off below the range, {higher}"
+        yield Quality.SATURATED, f"{top}: as if cut off below the range, {higher}"
 
 
 def _missed(tops: list[Top]) -> float:

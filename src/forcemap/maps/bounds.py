@@ -91,7 +91,7 @@ class FixedMargin:
             )
 
     def upper(self, force_map: ForceMap, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
-        """F (1 + margin) [N] at a place [m] and speed [m/s]; arguments broadcast."""
+        """F (1 + margin) [N] at a place [m] and speed [m/s], also outside the measured range; arguments broadcast."""
         return force_map.predict(distance, height, speed) * (1 + self.margin)
 
     def require(self, force_map: ForceMap) -> None:
@@ -145,6 +145,9 @@ class ToleranceBound:
 
     def upper(self, force_map: ForceMap, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
         """The bound [N] at a place [m] and speed [m/s]; arguments broadcast.
+
+        Algebra, also outside the measured range, where it promises nothing: `safe_speed` gives no speed there
+        (`force_map.measured_range.contains`).
 
         Raises
         ------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,21 +11,22 @@ import numpy as np
 from forcemap.arrays import Mask
 from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTolerance
 from forcemap.direction import same_direction
-from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
+from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused, few
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
+from forcemap.maps.bounds import FEW_STATES, ToleranceBound, above_bound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.slower_impacts import cover_slower
+from forcemap.maps.slower_impacts import confirming_above, cover_slower
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
 EARLIER_MAP = "maps/earlier.json"
 """Where a campaign's folder holds the map that its few states carry over; `plan --transfer` puts it there."""
 
 _EARLIER = " (of the earlier map)"
+_NAMED = 6  # impacts that are named; the others are counted
 
 
 def campaign_map(
@@ -199,8 +200,21 @@ def require_sound(old_map: ForceMap) -> None:
     if against := contradiction(old_map, ToleranceBound()):
         above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
         raise FitError(f"{refused}: {above}, so it does not hold itself")
+    if failed := few([*_above_bound(old_map)], _NAMED):
+        raise FitError(f"{refused}: impacts to confirm it, or at contact points, lie above its bound: {failed}")
     if old.drift and old.drift.significant:
         raise FitError(f"{refused}: its forces drifted while it was measured, so it does not hold itself")
+
+
+def _above_bound(old_map: ForceMap) -> Iterator[str]:
+    """Impacts of an earlier campaign that no carried over map may forget: confirming ones, and those at contact points,
+    that lie above its bound."""
+    bound, at_points = ToleranceBound(), old_map.require_fit().at_points
+    if above := confirming_above(old_map, bound):
+        yield from above.figure("names")
+    if len(at_points):
+        low, _ = old_map.measured_range.speeds(at_points.distance, at_points.height)
+        yield from np.array(at_points.name)[above_bound(old_map, bound, at_points) & ~np.isnan(low)].tolist()
 
 
 def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.maps.convex_hull import half_spaces
@@ -77,10 +78,11 @@ class MeasuredRange:
         low, high = np.where(low > high, middle, low), np.where(low > high, middle, high)
         return np.where(inside, self._snap(low), np.nan), np.where(inside, self._snap(high), np.nan)
 
-    def contains(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> Mask:
-        """True where the state lies in the hull; arrays of one shape."""
-        low, high = self.speeds(distance, height)
-        return np.asarray((low - TOLERANCE <= speed) & (speed <= high + TOLERANCE))
+    def contains(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Mask:
+        """True where a state lies in the hull, at a place [m] and speed [m/s]; arguments broadcast."""
+        d, h, v = np.broadcast_arrays(*(np.asarray(axis, dtype=np.float64) for axis in (distance, height, speed)))
+        low, high = self.speeds(d, h)
+        return np.asarray((low - TOLERANCE <= v) & (v <= high + TOLERANCE))
 
     def near(self, coordinates: FloatArray, reach: FloatArray) -> Mask:
         """True for states (d, h, v), shape (m, 3), in the hull or beyond it by at most `reach` along every axis."""

@@ -81,6 +81,21 @@ def confirming_of(states: States) -> States:
     return states.select(np.array([name.startswith(CONFIRMING) for name in states.name], dtype=np.bool_))
 
 
+def confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
+    """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
+    if force_map.fit is None:
+        return None
+    test = confirming_of(force_map.fit.test)  # also slower than it is to hold for now: a failure stays one
+    low, _ = force_map.measured_range.speeds(test.distance, test.height)
+    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.slowest)
+    above &= ~np.isnan(low)
+    names = tuple(np.array(test.name)[above].tolist())
+    conditions = force_map.conditions
+    slower = int(np.sum(above & conditions.slower_than_map(conditions.as_stated(test.speed)))) or None
+    figures = {"slower": slower, "slowest_mps": conditions.slowest if slower else None}
+    return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names, **figures) if names else None
+
+
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:
     """New states slower than a map holds for that lie above what it allows for slower motion; None without any.
 

@@ -79,7 +79,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         Not a table, an unknown or missing column, a unit other than metres, seconds, radians or degrees, a cell that
         cannot be used, or times and speeds together.
     InputError
-        What the table holds is no path, joints without their robot, or a column map that cannot be used.
+        What the table holds is no path, times of more than 10 m/s, joints without their robot, or a column map that
+        cannot be used.
     """
     if columns is not None:
         if robot is not None:
@@ -174,10 +175,23 @@ def _path_through(
         raise TableError(f"found {len(points)} points, expected at least two", file=file)
     try:
         if time is not None:
-            return ToolPath.timed(points, names, time, file)
+            return _paced(ToolPath.timed(points, names, time, file))
         return ToolPath(points, names[:-1], None, file, stated_speeds=speeds)
     except InputError as error:
         raise InputError(error.message, file=file) from None
+
+
+def _paced(path: ToolPath) -> ToolPath:
+    """The same timed path; InputError where its times leave no speed that a robot has."""
+    speeds = path.speeds
+    assert speeds is not None
+    if speeds.max() > FASTEST:
+        found = f"path: found {speeds.max():.4g} m/s between two rows by their times, expected at most {FASTEST:g} m/s"
+        raise InputError(
+            f"{found}; times are in seconds, positions in metres, and a log of other units states them (--column "
+            "time_unit=ms, length_unit=mm)"
+        )
+    return path
 
 
 MADE = "made by forcemap"
@@ -290,7 +304,7 @@ def _joint_path(
     turning = np.where(ratio < 1, np.degrees(np.arcsin(np.minimum(ratio, 1.0))), 180.0)
     path = replace(path, deviation=_STRAIGHT, turning=turning)
     if time is not None:
-        return path
+        return _paced(path)
     stated, ends = None if speeds is None else speeds[path.rows], None if by_one is None else by_one[path.rows]
     return replace(path, time=None, wait=None, rows=None, stated_speeds=stated, by_one=ends)
 

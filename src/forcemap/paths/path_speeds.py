@@ -117,6 +117,8 @@ class PathSpeeds:
         What the speeds rest on, for every body area and contact.
     notes : tuple of Finding
         What else the speeds depend on.
+    standard_of : Finding or None
+        Which limit gives the standard's one speed; None if it has none.
     matched : MatchedMaps
         The map or maps, and where they hold.
     """
@@ -140,6 +142,7 @@ class PathSpeeds:
     allowance: Allowance
     bases: tuple[Basis, ...]
     notes: tuple[Finding, ...]
+    standard_of: Finding | None
     matched: MatchedMaps
 
     @property
@@ -312,6 +315,7 @@ def _path_speeds(
         allowance=allowance,
         bases=_without_direction(told_apart(strictest.bases, matched.atlas)),
         notes=_notes(matched, path, task, programmed, excluded, allowance),
+        standard_of=None if math.isnan(standard) else strictest.standard_limit(~excluded, path.names),
         matched=matched,
     )
 
@@ -416,16 +420,24 @@ class _Strictest:
     contact: FloatArray
     limit: FloatArray
     standard: FloatArray
+    standard_newtons: FloatArray
     outcome: Objects
     reason: Objects
     governed_by: Objects
     map_name: Objects
+    standard_case: Objects
     taken: list[tuple[Indices, str, Basis]]
 
     @property
     def bases(self) -> list[tuple[str, Basis]]:
         """What the speeds rest on, with the name of their map."""
         return [(map_name, basis) for _, map_name, basis in self.taken]
+
+    def standard_limit(self, counted: Mask, names: Sequence[str]) -> Finding:
+        """The limit that gives the lowest of the standard's speeds, on the first of the counted pieces that has it."""
+        i = int(np.argmin(np.where(counted, self.standard, np.inf)))
+        newtons, case = float(self.standard_newtons[i]), self.standard_case[i]
+        return Finding.of(FindingKind.STANDARD_LIMIT, limit_N=newtons, case=case, segment=names[i])
 
     def take(self, pieces: Indices, speeds: ZoneSpeeds, case: str, map_name: str) -> None:
         """Keep the speeds to program on some pieces, of the `case` of a body area, where they are stricter."""
@@ -463,15 +475,19 @@ def _strictest(
     starts, ends = (np.concatenate([path.points[part] for path in paths]) for part in (slice(-1), slice(1, None)))
     off_angles, reach = np.hstack([each.off_angles for each in matched]), allowance.position + paths[0].deviation
     n = len(segment_of)
-    outcome, reason, governed_by, map_name = np.full((4, n), "", dtype=object)
+    outcome, reason, governed_by, map_name, case = np.full((5, n), "", dtype=object)
     none, unlimited = np.full(n, np.nan), np.full(n, np.inf)
-    strictest = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, map_name, [])
+    figures = (unlimited, none, none.copy(), unlimited.copy(), none.copy())
+    strictest = _Strictest(*figures, outcome, reason, governed_by, map_name, case, [])
     for area, contact in {(area, segment.contact): None for segment in task.segments for area in segment.areas}:
         assert contact is not None
         limit = force_limit(area, table=table)
         threatened = np.array([segment.contact is contact and area in segment.areas for segment in segment_of])
         standard = np.concatenate([_standard_speeds(each, limit, contact) for each in matched])[threatened]
+        stricter = np.flatnonzero(threatened)[standard < strictest.standard[threatened]]
         strictest.standard[threatened] = np.minimum(strictest.standard[threatened], standard)
+        strictest.standard_newtons[stricter] = limit.force(contact) if limit.permitted else np.nan
+        strictest.standard_case[stricter] = f"{area}, {contact}"
         for entry, off_angle in zip(matched[0].atlas.maps, off_angles, strict=True):
             assert entry.force_map is not None
             for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):

@@ -141,16 +141,17 @@ def read_content(folder: str | Path) -> CampaignContent:
         The folder cannot be used.
     """
     campaign = fm.read_campaign(folder)
-    inputs = campaign_inputs(folder)
-    _require_collected(campaign, {file.path: file.sha256 for file in inputs})
     conditions, maps = campaign.conditions, []
+    own = campaign_limit_table(folder, conditions)
+    inputs = campaign_inputs(folder, further=filter(None, [own.file]))
+    _require_collected(campaign, {file.path: file.sha256 for file in inputs})
     for file in inputs:
         if file.path.startswith("maps/") and file.path.endswith(".json"):
             force_map = fm.read_map(campaign.folder / file.path)
             maps.append((file.path, fm.map_sha256(force_map), force_map.form.name))
     points: tuple[ContactPoint, ...] = ()
     if (listed := campaign.folder / POINTS_FILE).exists():
-        points = read_contact_points(listed, table=campaign_limit_table(folder, conditions).table)
+        points = read_contact_points(listed, table=own.table)
     return CampaignContent(
         campaign=campaign,
         protocol=read_protocol(campaign.folder / CAMPAIGN_FILE),

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, func, select
+from sqlalchemy import ColumnElement, Connection, func, or_, select
 
 import forcemap as fm
 from forcemap.assessment.missing import present
 from forcemap.assessment.point_results import PointOutcome
-from forcemap.errors import InputError, NotReleasable, RegisterError
+from forcemap.campaigns.state import CONFIRMING
+from forcemap.errors import InputError, NotReleasable, RegisterError, few
 from forcemap.exports.robot_table import require_exportable
 from forcemap.files import file_sha256, read_bytes, stated_date
 from forcemap.findings import Finding, FindingKind
@@ -23,12 +24,13 @@ from forcemap.register.connection import Register
 from forcemap.register.enter import cells_with, facts_of, require_cell
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import Released, failed
-from forcemap.register.tables import AUDIT, CAMPAIGNS, RELEASES, WITHDRAWALS
+from forcemap.register.tables import AUDIT, CAMPAIGNS, IMPACTS, RELEASES, USES, WITHDRAWALS
 from forcemap.speeds.basis import Basis, limit_basis
 from forcemap.speeds.quantities import cases_of
 from forcemap.words import assumptions, sentence, sentences, warnings
 
 REPORT_FILE = "report.html"
+_NAMED = 6  # states in a message; the others are counted
 _POINT = "point "  # with which the subject of a contact point's release begins
 _UNCONFIRMED = (FindingKind.NOT_CONFIRMED, FindingKind.NOT_CONFIRMED_YET)
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
@@ -364,12 +366,49 @@ def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, 
 
 
 def _campaign(connection: Connection, content: CampaignContent, cell: int, named: str) -> int:
-    query = select(CAMPAIGNS.c.id).where(CAMPAIGNS.c.sha256 == content.sha256, CAMPAIGNS.c.cell_id == cell)
-    found = connection.execute(query).scalar()
+    query = select(CAMPAIGNS).where(CAMPAIGNS.c.sha256 == content.sha256, CAMPAIGNS.c.cell_id == cell)
+    found = connection.execute(query).mappings().first()
     if found is None:
         message = f"the campaign as it is now was not entered for the cell {named}; forcemap register enter"
         raise RegisterError(message, file=str(content.folder))
-    return int(found)
+    if missing := _confirming_elsewhere(connection, int(found["id"]), cell):
+        message = (
+            f"impacts that were to confirm this campaign's map were entered for the cell {named} and are not in this "
+            f"folder: {few(missing, _NAMED)}; what they measured counts: put their recordings back and collect them"
+        )
+        raise RegisterError(message, file=str(content.folder))
+    if at := _measured_since(connection, dict(found)):
+        message = (
+            f"a newer state of this campaign, entered for the cell {named} at {at}, measured more or states other "
+            "conditions, and that counts: release that one; if it was wrong, enter this folder by another name, and "
+            "say why in its notes"
+        )
+        raise RegisterError(message, file=str(content.folder))
+    return int(found["id"])
+
+
+def _confirming_elsewhere(connection: Connection, campaign: int, cell: int) -> list[str]:
+    """States that were to confirm a campaign's map, entered with other content that shares a recording, not with it."""
+    used = select(USES.c.campaign_id, IMPACTS.c.recording_id, IMPACTS.c.state_id).join_from(
+        USES, IMPACTS, USES.c.impact_id == IMPACTS.c.id
+    )
+    uses = used.subquery()
+    own = select(uses.c.recording_id).where(uses.c.campaign_id == campaign)
+    of_cell = select(CAMPAIGNS.c.id).where(CAMPAIGNS.c.cell_id == cell)
+    related = select(uses.c.campaign_id).where(uses.c.recording_id.in_(own), uses.c.campaign_id.in_(of_cell))
+    query = select(uses.c.state_id).where(uses.c.campaign_id.in_(related), uses.c.recording_id.not_in(own))
+    return sorted(set(connection.execute(query.where(uses.c.state_id.startswith(CONFIRMING))).scalars()))
+
+
+def _measured_since(connection: Connection, campaign: Mapping[str, Any]) -> str | None:
+    """When newer content of a campaign was entered for its cell that has further impacts or other conditions."""
+    further = select(IMPACTS.c.id).where(IMPACTS.c.campaign_id == CAMPAIGNS.c.id).exists()
+    newer = [CAMPAIGNS.c[name] == campaign[name] for name in ("cell_id", "name")]
+    other = [CAMPAIGNS.c[name] != campaign[name] for name in ("conditions", "device_error_N")]
+    newer += [CAMPAIGNS.c.entry > campaign["entry"], or_(further, *other)]
+    query = select(func.max(AUDIT.c.at)).join_from(CAMPAIGNS, AUDIT, AUDIT.c.id == CAMPAIGNS.c.entry).where(*newer)
+    found: str | None = connection.execute(query).scalar()
+    return found
 
 
 def _before(connection: Connection, values: dict[str, Any]) -> Any:

@@ -26,6 +26,7 @@ from forcemap.files import stated_date
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import ToleranceBound
 from forcemap.report.curves import Curve, force_curves, highest_force
 from forcemap.report.permission import (
     cell_words,
@@ -45,7 +46,7 @@ from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
 from forcemap.words import sentence, sentences, short_reason
 
-_AXES = "d: distance from the z-axis of the robot's base; h: height above the robot's base, not above the floor."
+_AXES = "d: distance from the z-axis of the base; h: height above the base, not the floor."
 _COLUMNS_AT_ONCE = 9  # most columns of a speed table, so that it fits on a page
 
 # Control characters, surrogates, noncharacters; and marks that turn the direction of text around.
@@ -100,6 +101,7 @@ def report_html(
             straight=_depended_on(assessment, FindingKind.ALONG_ONLY),
             transient=_depended_on(assessment, FindingKind.TRANSIENT_FREE),
             slower=_depended_on(assessment, FindingKind.SLOWER_UNMEASURED),
+            overshoot=_depended_on(assessment, FindingKind.OVERSHOOT),
             axes=_AXES,
             device_words=device_words(assessment.conditions),
             spring=lambda limit: _spring(limit, assessment.conditions).statement,
@@ -242,6 +244,8 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     measured = "; ".join([measured, *sentences(stiffer)])
     source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
     bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
+    if isinstance(a.bound, ToleranceBound):
+        bound += ", as a whole, not at each place"
     editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}, {limit.source}" for limit in a.limits)
     return [measured, f"Map: {source}; {bound}", f"Limits: {'; '.join(editions)}"]
 

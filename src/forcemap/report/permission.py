@@ -41,9 +41,11 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
     speeds += ", place by place" if results.fastest > results.slowest else ""
     word = f"PERMITTED BY THE {'CONFIRMED ' * bool(results.confirmed_by)}MAP"
-    if results.confirmed == inside:
+    if results.confirmed == inside and results.open_box is None:
         return shown | {"word": f"{word} at all places", "kind": "confirmed", "speeds": speeds}
-    return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
+    word += f" at {results.confirmed} of {inside} places"
+    word += ", not everywhere between them" if results.confirmed == inside else ""
+    return shown | {"word": word, "kind": "partly", "speeds": speeds}
 
 
 def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
@@ -55,7 +57,7 @@ def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
             (near, far), (low, high) = (_outwards(*ends) for ends in results.open_box)
             places = f"{results.unconfirmed} of {line['places']} places and around them"
             where = places if results.unconfirmed else f"between the {line['places']} places"
-            where += f", within d {near} to {far} m, h {low} to {high} m"
+            where += f", all in d {near} to {far} m, h {low} to {high} m"
             groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
     refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
     parts = refused * any(line["kind"] == "refused" for line in headlines)

@@ -37,7 +37,13 @@ from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, untested_margin, weakness
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.maps.slower_impacts import confirming_of, cover_slower, slower_impacts, upper_of_slower
+from forcemap.maps.slower_impacts import (
+    confirming_above,
+    confirming_of,
+    cover_slower,
+    slower_impacts,
+    upper_of_slower,
+)
 from forcemap.speeds.allowance import Allowance
 
 _SCATTERED = 1.05
@@ -342,24 +348,9 @@ def _measured_above(
 ) -> tuple[Finding | None, Finding | None]:
     """What was measured above the limit or the bound, and what of it refuses every speed: of several limits each does
     for itself."""
-    above = _confirming_above(force_map, bound)
+    above = confirming_above(force_map, bound)
     exceeded = exceeded_where_permitted(force_map, bound, newtons, raised) or above
     return exceeded, exceeded if np.ndim(newtons) == 0 else above
-
-
-def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
-    """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
-    if force_map.fit is None:
-        return None
-    test = confirming_of(force_map.fit.test)  # also slower than it is to hold for now: a failure stays one
-    low, _ = force_map.measured_range.speeds(test.distance, test.height)
-    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.slowest)
-    above &= ~np.isnan(low)
-    names = tuple(np.array(test.name)[above].tolist())
-    conditions = force_map.conditions
-    slower = int(np.sum(above & conditions.slower_than_map(conditions.as_stated(test.speed)))) or None
-    figures = {"slower": slower, "slowest_mps": conditions.slowest if slower else None}
-    return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names, **figures) if names else None
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
@@ -497,7 +488,7 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
         states = len(force_map.measured_range.points)
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
         note(kind.BOUND_OF_FORM, not ((tested := force_map.form_test) and tested.misses))
-    begins = float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0])
+    begins = float(force_map.measured_range.lowest[2])  # at contact, whatever was stated
     slow = begins < RAISED_FROM - StateTolerance().speed
     factors = {"from_mps": RAISED_FROM, "raised": RAISED_OFF_AXIS - 1, "slower": RAISED_SLOWER}
     note(kind.SLOWER_THAN_RAISED, slow, lowest_mps=begins, **factors)

@@ -12,6 +12,7 @@ import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
 from forcemap.answers.collect import Outlier
 from forcemap.campaigns.recordings_table import Entry, Use
+from forcemap.impacts.scenario import ContactScenario
 from forcemap.web.fitted_campaign import impacts_of
 from forcemap.words import sentence, sentences
 
@@ -108,9 +109,15 @@ def _planned(path: Path) -> dict[str, Any]:
             "outliers": [outlier.words for outlier in outliers],
         }
     except fm.ForcemapError as error:
-        content["problem"] = problem_words(error)
+        content |= {"problem": problem_words(error), "phase_two": _clamping(campaign)}
     states = _states(campaign, forces)
     return content | {"states": states, "states_done": sum(not state.missing for state in states)}
+
+
+def _clamping(campaign: fm.Campaign) -> str:
+    """How many recordings clamp of which none is used; empty if none does."""
+    clamping = sum(entry.scenario is ContactScenario.WITH_CLAMPING for entry in campaign.entries)
+    return f"{clamping} of {len(campaign.entries)} recordings clamp" if clamping else ""
 
 
 def recording_line(entry: Entry) -> RecordingLine:

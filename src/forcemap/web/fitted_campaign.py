@@ -15,6 +15,7 @@ from forcemap import Accuracy, ForceMap, ImpactDataset, map_accuracy, read_datas
 from forcemap.assessment.confirmation import Confirmations
 from forcemap.assessment.folder_map import folder_map
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FILE
+from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.files import file_sha256, sha256
 from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.web.request_error import RequestError
@@ -90,6 +91,8 @@ def _contents(campaign: Path) -> _Contents:
     """SHA-256 of the files that a map rests on; empty for one that is not there."""
     if not (campaign / _FILES[0]).exists():
         message = "there are no impacts yet, so no map; add recordings, or run forcemap collect"
+        if (campaign / REGISTER_FILE).exists():
+            message = "no map: none of the recordings that were collected can be used; why stands beside each"
         raise RequestError(409, "no_impacts", message)
     hashes = (file_sha256(campaign / name) if (campaign / name).exists() else "" for name in _FILES)
     return (*hashes, *(_stamp(campaign / name) for name in _FOLDERS))

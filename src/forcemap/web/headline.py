@@ -15,6 +15,7 @@ from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.speed_map import StandardAnswer
 from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.assessment.missing import Missing, attempt, present
+from forcemap.assessment.place_speeds import fine_speeds
 from forcemap.campaigns.recordings_table import Use
 from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
@@ -125,7 +126,7 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     case = _case(name, path, limit, contact, limits)
     if case.state == "contradicted":
         return NextStep(sentence=f"find out why: {case.reason}", states=[], command=f"forcemap confirm {asked}")
-    if case.places and case.permitted == case.places:
+    if case.state == "permitted":
         if case.confirmed_by:
             said = f"release: {case.confirmed_by} impacts at released speeds confirm the map"
             return NextStep(sentence=said, states=[], command=f"forcemap report {name} --area {limit.name}")
@@ -195,6 +196,7 @@ def _of(asked: _Asked) -> Case:
     bound = _bound(force_map)
     allowance, places = fm.Allowance(), fm.measured_grid(force_map, PLACES_APART)
     grid = fm.speed_map(force_map, *places, limit=limit, bound=bound, contact=contact, allowance=allowance)
+    fine = fine_speeds(limit, contact, force_map, bound, allowance)
     speeds = grid.speeds
     known = speeds.to_program_outcome != fm.SpeedOutcome.OUTSIDE
     permitted = ~np.isnan(speeds.speed_to_program)
@@ -206,14 +208,15 @@ def _of(asked: _Asked) -> Case:
         return Case(state="contradicted", reason=confirmed.reason, **figures)
     passes = confirmed is not None and confirmed.outcome is Confirmed.PASSES
     figures["confirmed_by"] = len(confirmed.impacts) if confirmed is not None and passes else 0
-    worst = _worst(grid, known)
+    between = bool((fine.speeds.to_program_outcome == fm.SpeedOutcome.UNCONFIRMED).any())
+    everywhere = bool(permitted.sum() == known.sum()) and not between
+    worst = _worst(fine if between or everywhere else grid)
     figures |= {"permitted": int(permitted.sum()), "worst": worst}
     figures["share"] = permitted.sum() / known.sum() if known.any() else None
     if not permitted.any():
         return Case(state="nowhere", reason=worst.reason if worst else "nothing was measured at any place", **figures)
-    figures["lowest_speed_mps"] = np.nanmin(speeds.speed_to_program)
-    figures["highest_speed_mps"] = np.nanmax(speeds.speed_to_program)
-    everywhere = permitted.sum() == known.sum()
+    both = np.append(speeds.speed_to_program, fine.speeds.speed_to_program)
+    figures |= {"lowest_speed_mps": np.nanmin(both), "highest_speed_mps": np.nanmax(both)}
     return Case(
         state="permitted" if everywhere else "partly",
         reason=worst.reason if worst and not everywhere else "",
@@ -233,9 +236,10 @@ def _confirmed(asked: _Asked, bound: fm.ToleranceBound) -> Any:
     return None if isinstance(found, Missing) else found
 
 
-def _worst(grid: fm.SpeedMap, known: Any) -> WorstPlace | None:
+def _worst(grid: fm.SpeedMap) -> WorstPlace | None:
     """Of the places without a speed the one whose bound needs the slowest, else the slowest place."""
     speeds = grid.speeds
+    known = speeds.to_program_outcome != fm.SpeedOutcome.OUTSIDE
     refused = known & np.isnan(speeds.speed_to_program)
     if not known.any():
         return None

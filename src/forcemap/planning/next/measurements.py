@@ -127,11 +127,10 @@ class NextMeasurements:
     @property
     def progress(self) -> Finding:
         """At how many places of the grid there is a speed now, and is expected to be after these runs."""
-        counted = {"confirmed": self.confirmed, "places": self.places, "now": self.confirmed / self.places}
+        counted = {"confirmed": self.confirmed, "places": self.places}
         if self.plan is None or math.isnan(self.expected_speed):
             return Finding.of(FindingKind.PLACES_COUNTED, **counted)
-        after = {"expected": self.expected_confirmed, "then": self.expected_confirmed / self.places}
-        return Finding.of(FindingKind.PLACES_EXPECTED, **counted, **after)
+        return Finding.of(FindingKind.PLACES_EXPECTED, **counted, expected=self.expected_confirmed)
 
 
 def next_measurements(

@@ -51,7 +51,7 @@ export function speedPlane(element, legend, axes, moved) {
     const within = shown.reduce((sum, [, count]) => sum + count, 0);
     const parts = [...shown, ["outside", 0]].map(([name, count]) => {
       const item = document.createElement("span");
-      item.append(swatch(name, element.id), count > 0 ? ` ${WORDS[name]} (${((100 * count) / within).toFixed(0)} %)` : ` ${WORDS[name]}`);
+      item.append(swatch(name, element.id), count > 0 ? ` ${WORDS[name]} (${((100 * count) / within).toFixed(0)} % of ${within} places)` : ` ${WORDS[name]}`);
       return item;
     });
     const [low, high] = range();
