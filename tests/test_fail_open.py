@@ -107,7 +107,10 @@ def test_states_measured_again_tell_a_drift_whatever_their_names(named):
 def measured_again(change, slower, confirming=False):
     """27 states at 0.1 to 0.3 m/s, six of them again, `slower` [m/s] and with forces `change` times as large."""
     rng = np.random.default_rng(1)
-    force = lambda d, h, v: 900 * v**1.05 * (d / 0.6) ** -0.6 * (1 + 0.3 * h)  # noqa: E731
+
+    def force(d, h, v):
+        return 900 * v**1.05 * (d / 0.6) ** -0.6 * (1 + 0.3 * h)
+
     rows = []
     grid = [(d, h, v) for d in (0.55, 0.7, 0.85) for h in (0.15, 0.3, 0.45) for v in (0.1, 0.2, 0.3)]
     for k, (d, h, v) in enumerate(grid):
@@ -136,14 +139,18 @@ def test_a_drift_is_told_whatever_the_speed_of_the_impacts_made_again(change, sl
 def test_a_drift_is_not_hidden_by_faster_repeats_where_the_force_hardly_rises(change, faster):
     """A robot that feels slow contacts late: ln F rises by 0.1 of ln v below 0.15 m/s, by 0.9 above."""
     rng = np.random.default_rng(2)
-    force = lambda v: 200 * (v / 0.15) ** (0.1 if v < 0.15 else 0.9)  # noqa: E731
+
+    def force(v):
+        return 200 * (v / 0.15) ** (0.1 if v < 0.15 else 0.9)
+
     rows = []
     for k, (d, h) in enumerate((d, h) for d in (0.55, 0.7, 0.85) for h in (0.15, 0.3, 0.45)):
         for v in (0.1, 0.2, 0.3):
             rows += [(d, h, v, force(v) * np.exp(rng.normal(0, 0.004)), f"S{k}-{v}", "train") for _ in range(3)]
         if k in (0, 4, 8):
             again = force(0.1 + faster) * change
-            rows += [(d, h, 0.1 + faster, again * np.exp(rng.normal(0, 0.004)), f"S{k}-0.1", "test")] * 3
+            made = [(d, h, 0.1 + faster, again * np.exp(rng.normal(0, 0.004)), f"S{k}-0.1", "test") for _ in range(3)]
+            rows += made
     names = ("distance", "height", "speed", "peak_force", "state", "role")
     columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
     drift = fm.ImpactDataset.from_arrays(**columns).drift

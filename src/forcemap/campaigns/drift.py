@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.campaigns.state import PLACE_SIZE, States, clusters
+from forcemap.campaigns.state import States, places
 from forcemap.findings import Finding, FindingKind
 
 ERROR_PROBABILITY = 0.05
@@ -93,7 +93,7 @@ def _speed_slope(states: States) -> float:
     Without any 1, the standard's contact model.
     """
     read = states.select(states.censored == 0)
-    place = clusters(np.column_stack([read.distance, read.height]) / PLACE_SIZE)
+    place = places(read.distance, read.height)
     counts = np.bincount(place)
     speed, force = (
         values - (np.bincount(place, values) / counts)[place] for values in (np.log(read.speed), read.log_force)

@@ -13,13 +13,13 @@ from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTol
 from forcemap.direction import same_direction
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused, few
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.bounds import FEW_STATES, ToleranceBound, above_bound, contradiction
+from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.slower_impacts import confirming_above, cover_slower
+from forcemap.maps.slower_impacts import confirming_above, cover_slower, highest_above
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
 EARLIER_MAP = "maps/earlier.json"
@@ -212,9 +212,7 @@ def _above_bound(old_map: ForceMap) -> Iterator[str]:
     bound, at_points = ToleranceBound(), old_map.require_fit().at_points
     if above := confirming_above(old_map, bound):
         yield from above.figure("names")
-    if len(at_points):
-        low, _ = old_map.measured_range.speeds(at_points.distance, at_points.height)
-        yield from np.array(at_points.name)[above_bound(old_map, bound, at_points) & ~np.isnan(low)].tolist()
+    yield from np.array(at_points.name, dtype=np.str_)[highest_above(old_map, bound, at_points)].tolist()
 
 
 def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import CONFIRMING, States
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
@@ -81,14 +81,19 @@ def confirming_of(states: States) -> States:
     return states.select(np.array([name.startswith(CONFIRMING) for name in states.name], dtype=np.bool_))
 
 
+def highest_above(force_map: ForceMap, bound: Bound, states: States) -> Mask:
+    """States at places of the measured range of which an impact lies above a bound, at whatever speed, shape (m,)."""
+    low, _ = force_map.measured_range.speeds(states.distance, states.height)
+    upper = bound.upper(force_map, states.distance, states.height, states.slowest)
+    return np.asarray((np.fmax(states.highest, states.at_least) > upper) & ~np.isnan(low))
+
+
 def confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
     if force_map.fit is None:
         return None
     test = confirming_of(force_map.fit.test)  # also slower than it is to hold for now: a failure stays one
-    low, _ = force_map.measured_range.speeds(test.distance, test.height)
-    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.slowest)
-    above &= ~np.isnan(low)
+    above = highest_above(force_map, bound, test)
     names = tuple(np.array(test.name)[above].tolist())
     conditions = force_map.conditions
     slower = int(np.sum(above & conditions.slower_than_map(conditions.as_stated(test.speed)))) or None

@@ -380,8 +380,7 @@ def _campaign(connection: Connection, content: CampaignContent, cell: int, named
     if at := _measured_since(connection, dict(found)):
         message = (
             f"a newer state of this campaign, entered for the cell {named} at {at}, measured more or states other "
-            "conditions, and that counts: release that one; if it was wrong, enter this folder by another name, and "
-            "say why in its notes"
+            "conditions, and that counts: put what it measured and states back, collect, and release that"
         )
         raise RegisterError(message, file=str(content.folder))
     return int(found["id"])

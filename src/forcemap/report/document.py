@@ -245,7 +245,7 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
     bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
     if isinstance(a.bound, ToleranceBound):
-        bound += ", as a whole, not at each place"
+        bound += ", at each place if its form is right"
     editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}, {limit.source}" for limit in a.limits)
     return [measured, f"Map: {source}; {bound}", f"Limits: {'; '.join(editions)}"]
 

@@ -48,8 +48,9 @@ class WorstPlace(Answer):
 class Case(Answer):
     """What one body area and contact is permitted: at how many places of the measured range, and at which speeds.
 
-    Speeds are to program; the standard's is what its contact model allows everywhere, confirmed by no measurement, and
-    `standard` holds the map's speeds at contact against it.
+    Speeds are to program, the lowest and the highest those of the whole measured range; the standard's is what its
+    contact model allows everywhere, confirmed by no measurement, and `standard` holds the map's speeds at contact
+    against it.
     `state` is `permitted`, `partly`, `nowhere`, `not_permitted` or `contradicted`.
     """
 
