@@ -341,6 +341,35 @@ def test_a_broken_pool_ends_however_its_threads_take_turns(attempt, tmp_path):
     assert log.read_text().startswith("a process of the pool was ended")
 
 
+LARGE = """
+import multiprocessing, sys, threading, time
+from forcemap.errors import ForcemapError
+from forcemap.sweeps.pool import pool, results
+
+def kill(process):
+    time.sleep(float(sys.argv[1]))
+    process.kill()
+
+with pool(2) as executor:
+    try:
+        for number, (size, result, _) in enumerate(results(executor, bytes, [20_000_000] * 1_000, ahead=2)):
+            assert result == bytes(size)
+            if number == 2:
+                threading.Thread(target=kill, args=multiprocessing.active_children()[:1]).start()
+    except ForcemapError as error:
+        sys.exit(str(error))
+"""
+
+
+@pytest.mark.parametrize("after", [0.0, 0.01, 0.02, 0.03])
+def test_a_process_that_is_killed_while_it_sends_is_said(after, tmp_path):
+    """Half a result in a pipe that the others hold open: nobody must wait for the rest."""
+    log = tmp_path / "log.txt"
+    running = started("-c", LARGE, after, log=log, command=[sys.executable])
+    assert ended(running) == 1
+    assert log.read_text().startswith("a process of the pool was ended")
+
+
 def test_a_cluster_gives_the_same_bytes_whoever_is_killed(long, tmp_path):
     """One of two workers in the middle; then the scheduler, and the sweep goes on here."""
     pytest.importorskip("distributed")

@@ -5,15 +5,26 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import islice
-from multiprocessing.connection import wait as wait_for
-from typing import TypeVar
+from multiprocessing.connection import Connection, wait as wait_for
+from multiprocessing.context import BaseContext
+from queue import SimpleQueue
+from typing import TypeVar, cast
 
 from forcemap.errors import ForcemapError, InputError
 
@@ -38,11 +49,81 @@ def pool(workers: int, preload: Iterable[str] = ()) -> Iterator[Executor]:
     context = multiprocessing.get_context("forkserver" if hasattr(os, "fork") else "spawn")
     if hasattr(os, "fork"):
         context.set_forkserver_preload([*preload])
-    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+    processes = [_Process(context) for _ in range(workers)]
+    executor = _Pool(processes)
     try:
         yield executor
     finally:
         executor.shutdown(cancel_futures=True)
+        for process in processes:
+            process.end()
+
+
+class _Pool(ThreadPoolExecutor):
+    """A thread asks a process and waits for its answer.
+
+    Every process has a pipe of its own, which nobody else holds open: it ends when the process does, wherever that was.
+    The processes of Python's own pool share one, and it waits for ever for the rest of what one of them was killed in.
+    """
+
+    def __init__(self, processes: list[_Process]) -> None:
+        super().__init__(len(processes))
+        self._idle = SimpleQueue[_Process]()
+        for process in processes:
+            self._idle.put(process)
+
+    def submit(self, function: Callable[..., Result], /, *args: object, **named: object) -> Future[Result]:
+        return super().submit(self._ask, partial(function, *args, **named))
+
+    def _ask(self, work: Callable[[], Result]) -> Result:
+        process = self._idle.get()
+        try:
+            return process.ask(work)
+        finally:
+            self._idle.put(process)
+
+
+class _Process:
+    """A process that works, and the pipe to it."""
+
+    def __init__(self, context: BaseContext) -> None:
+        self._pipe, there = context.Pipe()
+        self._process = context.Process(target=_work, args=(there,))  # type: ignore[attr-defined]
+        self._process.start()
+        there.close()
+
+    def ask(self, work: Callable[[], Result]) -> Result:
+        """What the process gives; _Failed if the work did, BrokenExecutor if the process was ended."""
+        sent = pickle.dumps(work)
+        try:
+            self._pipe.send_bytes(sent)
+            found, failure = pickle.loads(self._pipe.recv_bytes())
+        except (EOFError, OSError) as error:
+            raise BrokenExecutor from error
+        if failure:
+            raise _Failed(failure)
+        return cast(Result, found)
+
+    def end(self) -> None:
+        self._pipe.close()
+        self._process.join()
+
+
+class _Failed(Exception):
+    """What a process of the pool says of work that failed."""
+
+
+def _work(pipe: Connection) -> None:
+    """Answer until the other end of the pipe is closed."""
+    _begin()
+    with suppress(EOFError):
+        while True:
+            sent = pipe.recv_bytes()
+            try:
+                answer = pickle.dumps((pickle.loads(sent)(), ""))
+            except Exception as error:
+                answer = pickle.dumps((None, _reason(error)))
+            pipe.send_bytes(answer)
 
 
 def _begin() -> None:
@@ -66,8 +147,7 @@ def results(
     """Every item with what the function gives, as it is done, in this process if there is no executor.
 
     An item whose process or worker was lost has no result but the reason; the others go on as long as there is anyone.
-    What is handed out is left to whoever opened the executor: a future cancelled while a broken pool ends its own stops
-    the thread that ends the pool's processes (Python 3.11), and the command waits for them for ever.
+    What is handed out is left to whoever opened the executor.
 
     Raises
     ------
@@ -88,12 +168,16 @@ def results(
                 item = doing.pop(future)
                 try:
                     done = future.result()
-                except (BrokenProcessPool, CancelledError):
+                except (BrokenExecutor, CancelledError):
                     raise
                 except Exception as error:
-                    yield item, None, f"{type(error).__name__}: {error}"
+                    yield item, None, _reason(error)
                 else:
                     yield item, done, ""
-    except (BrokenProcessPool, CancelledError) as error:
-        gone = "a process of the pool was ended" if isinstance(error, BrokenProcessPool) else "the cluster is gone"
+    except (BrokenExecutor, CancelledError) as error:
+        gone = "a process of the pool was ended" if isinstance(error, BrokenExecutor) else "the cluster is gone"
         raise ForcemapError(f"{gone}; what is done stays done, run the same again to continue") from None
+
+
+def _reason(error: Exception) -> str:
+    return str(error) if isinstance(error, _Failed) else f"{type(error).__name__}: {error}"
