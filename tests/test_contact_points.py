@@ -1039,9 +1039,26 @@ def test_what_exceeds_at_the_same_spot_counts_for_every_point_there(copied_cell)
     second = {**spot, "point_id": "P2", "recordings": "points/Q-*", "recorded_at_mps": "0.1"}
     alone, elsewhere = judged(copied_cell, first), judged(copied_cell, first, {**second, "distance_m": "0.9"})
     assert [each[0].outcome for each in (alone, elsewhere)] == [PointOutcome.CONFIRMED] * 2, said(alone[0])
-    result, _ = judged(copied_cell, first, second)
+    for contact in ({}, {"contact": "quasi-static", "body": "constrained"}):  # whatever limit the other point has
+        result, _ = judged(copied_cell, first, {**second, **contact})
+        assert result.outcome is PointOutcome.NOT_PERMITTED, contact
+        assert "points/Q-1.csv" in said(result)
+
+
+def test_a_link_among_recordings_of_points_is_read_or_refused(copied_cell, tmp_path):
+    """What a pattern names must not silently count for nothing: a link to a file is one, one to a folder is refused."""
+    of_point(copied_cell, [203.3, 204.3, 205.3])
+    save(tmp_path / "far.csv", *pulse(323.0, rate=1000.0, seed=4))
+    (copied_cell / "points" / "P1-4.csv").symlink_to(tmp_path / "far.csv")
+    registered_points(copied_cell)
+    point = {"rests_on": "measurements", "recordings": "points/P1-*", "recorded_at_mps": "0.25"}
+    (result,) = judged(copied_cell, point)
     assert result.outcome is PointOutcome.NOT_PERMITTED
-    assert "points/Q-1.csv" in said(result)
+    assert "points/P1-4.csv" in said(result)
+    (tmp_path / "more").mkdir()
+    (copied_cell / "points" / "sub").symlink_to(tmp_path / "more")
+    with pytest.raises(CampaignFileError, match="a link to a folder, or to nothing, is not followed"):
+        registered_points(copied_cell)
 
 
 def test_a_point_is_not_removed_while_its_recordings_would_count_for_another(copied_cell):

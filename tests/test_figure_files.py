@@ -619,6 +619,23 @@ def test_a_publication_keeps_a_state_that_was_measured_again_in_both_roles(force
     assert "Of the 110 states of role test, 3 are training states measured again" in (written / "README.md").read_text()
 
 
+def test_a_publication_says_which_states_lie_outside_the_measured_range(example_folders, tmp_path, forcemap):
+    from forcemap.csv_table import read_table
+
+    folder, written = tmp_path / "campaign", tmp_path / "bundle"
+    shutil.copytree(example_folders["ur10e"], folder)
+    with (folder / "impacts.csv").open("a") as table:
+        table.write("far,1,test,1.30,0.38,0.4,300.0,false,unconstrained,simulated\n")
+        table.write("near,1,test,0.893,0.46,0.2,140.0,false,unconstrained,simulated\n")
+    assert forcemap("publication", folder, "-o", written)[0] == 0
+    states, accuracies = (
+        read_table((written / "tables" / f"{name}.csv").read_bytes(), name, what="row").texts
+        for name in ("states", "accuracy")
+    )
+    assert [row["state_id"] for row in states if row["in_measured_range"] == "false"] == ["far"]
+    assert next(row["states_outside_measured_range"] for row in accuracies if row["on"].startswith("test")) == "1"
+
+
 def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simulated):
     from forcemap.csv_table import read_table
 

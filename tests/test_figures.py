@@ -331,6 +331,27 @@ def test_model_comparison(made, dataset, force_map):
     assert "Measured − predicted" in errors.get_xlabel()
 
 
+def test_the_models_are_compared_where_the_map_is():
+    """However many test states lie at one place elsewhere; a panel of a cut beside the measured range says so."""
+    rng = np.random.default_rng(3)
+    d, h, v = (rng.uniform(low, high, 60) for low, high in ((0.5, 0.9), (0.1, 0.5), (0.1, 0.4)))
+    d, h, v = (
+        np.r_[d, np.full(41, 1.2)],
+        np.r_[h, np.full(41, 0.8)],
+        np.r_[v, np.tile(np.linspace(0.1, 0.4, 3), 14)[:41]],
+    )
+    force, role = np.exp(4 + 4 * v - d + rng.normal(0, 0.02, 101)), np.where(d < 1, "train", "test")
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force, role=role)
+    force_map = fm.fit_force_map(dataset)
+    comparison = fm.compare_force_models(dataset, bound=fm.ToleranceBound(), **STANDARD)
+    for cut, drawn in (({}, True), ({"distance": 1.2, "height": 0.8}, False)):
+        panels = figures.model_comparison_figure(comparison, dataset, force_map, **STANDARD, **cut).axes[:2]
+        for axes in panels:
+            lines = [line.get_ydata() for line in axes.get_lines() if line.get_label() == "3D map"]
+            assert any(np.isfinite(line).sum() > 2 for line in lines) == drawn
+            assert any("outside the\nmeasured range" in text.get_text() for text in axes.texts) == (not drawn)
+
+
 def test_2d_maps_of_single_heights_are_drawn_as_far_as_they_were_measured():
     """Places at random have heights that few states share: their own maps are no map of all heights."""
     rng = np.random.default_rng(3)

@@ -81,6 +81,23 @@ def test_states_that_scatter_are_said_before_every_speed(tmp_path):
         assert not any("covers that" in each for each in ends)  # scatter alone shows nothing that a bound may cover
 
 
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_departure_says_where_few_places_hold_several_states(alone):
+    """Of scattered states four or five places hold two by chance: the test between places is none at 5 % then."""
+    found = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        at = rng.uniform(LOW, HIGH, (32, 3)) if alone else spread()
+        force = np.exp(log_force("kink", at, rng) + rng.normal(0, 0.022, len(at)))
+        coordinates = dict(zip(("distance", "height", "speed"), at.T, strict=True))
+        dataset = fm.ImpactDataset.from_arrays(**coordinates, peak_force=force)
+        tested = fm.fit_force_map(dataset).form_test
+        if tested.misses:
+            found.append(sentence(tested.finding))
+    assert len(found) > 3
+    assert all(("few of these places hold several states" in said) == alone for said in found)
+
+
 def test_the_place_where_measured_forces_fall_most_with_speed_is_named():
     """By hand: of three places the one that falls by a tenth; a fall of 4 % is the scatter of two states."""
     at = np.array([[0.6, 0.2, v] for v in (0.1, 0.2, 0.3)] + [[0.7, 0.3, v] for v in (0.1, 0.2)])

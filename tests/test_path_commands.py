@@ -183,6 +183,12 @@ def test_a_log_that_is_slowed_nowhere_takes_what_it_took(capsys, tmp_path):
     out = " ".join(capsys.readouterr().out.split())
     assert "0 of them slowed down, 0.400 s as logged (" in out
     assert "braking ahead" not in out
+    (tmp_path / "fast.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}".replace("0.400,", "0.390,"))
+    assert run(["export-path", "ur10e", "fast.csv", *HAND, "-o", str(tmp_path / "scaling.csv")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert re.search(
+        r"[12] of them slowed down.*, 0\.39\d s as logged, slowed where too fast \(.* keep the corners", out
+    )
 
 
 def test_path_says_where_the_slowest_place_is_and_by_which_limit(capsys, tmp_path):
@@ -453,9 +459,10 @@ def test_a_refusal_within_the_position_tolerance_says_so(capsys, tmp_path):
     (tmp_path / "way.csv").write_text("x_m,y_m,z_m\n0.7,0,0.45\n0.7,0,0.237\n")
     at = ["speed", "ur10e", "--distance", "0.7", "--height", "0.237", *HAND]
     assert run(at) == 0
-    assert "lower in what forcemap export writes: zones, and motion up to 5 degrees off" in capsys.readouterr().out
+    said = "holds at the place itself; lower in what forcemap path and export give: places up to 5 mm beside it"
+    assert said in " ".join(capsys.readouterr().out.split())
     assert run(["speed-map", "ur10e", *HAND]) == 0
-    assert "lower in what forcemap export writes: zones" in capsys.readouterr().out
+    assert said in " ".join(capsys.readouterr().out.split())
     assert run(["path", "ur10e", "way.csv", *HAND]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert "a piece counts all places up to 5 mm beside it (position tolerance), so it may be refused where" in out

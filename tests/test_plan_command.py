@@ -55,6 +55,20 @@ def measured(ask, tmp_path):
     return folder
 
 
+def test_forces_expected_from_a_map_are_of_its_payload(ask, tmp_path):
+    """Another one is stated: it is said first that the forces are not those with it."""
+    plan = ("plan", tmp_path / "mine", *RANGES, "--speeds-mps", "0.2,0.4", "--map", "ur10e", "--device-range-N", 500)
+    found = ask(*plan, "--payload-kg", 1.5)[1]
+    assert found["warnings"][0].startswith(
+        "PAYLOAD OF 1.5 kg NOT IN THE EXPECTED FORCES: they are those of map 'ur10e'"
+    )
+    forces = [run["expected_force_N"] for run in found["runs"]]
+    for folder, payload in (("none", ()), ("zero", ("--payload-kg", 0)), ("heavy", ("--payload-kg", 10))):
+        other = ask("plan", tmp_path / folder, *plan[2:], *payload)[1]
+        assert [run["expected_force_N"] for run in other["runs"]] == forces
+        assert any("PAYLOAD" in warning for warning in other["warnings"]) == (folder == "heavy")
+
+
 def test_an_i_optimal_plan(ask, forcemap, tmp_path):
     code, found = ask("plan", tmp_path / "a", *RANGES, "--speeds-mps", "0.2,0.4", "--design", "i-optimal")
     assert (code, found["states"]) == (0, 18)

@@ -63,8 +63,17 @@ def test_a_column_names_the_segments(tmp_path):
 
 ROWS = "t,X,Y,Z\n0,800,0,440\n100,800,0,420\n"
 REFUSED = {
-    "unit of length": (ROWS, {"position": ["X", "Y", "Z"]}, "length_unit: found None, expected one of m, cm, mm, in"),
-    "unit of time": (ROWS, XYZ | {"time": "t"}, "expected the unit of the time column"),
+    "unit of length": (ROWS, {"position": ["X", "Y", "Z"]}, "length_unit, the unit of the positions: m, cm, mm, in"),
+    "unit of time": (ROWS, XYZ | {"time": "t"}, "time_unit: not stated; expected time_unit, the unit of"),
+    "no unit": (
+        ROWS, {"position": ["X", "Y", "Z"], "time": "t"},
+        "positions: m, cm, mm, in; time_unit, the unit of the time column: s, ms, us or ns"),
+    "no such unit": (ROWS, XYZ | {"length_unit": "yd"}, "length_unit: found 'yd', expected one of m, cm, mm, in"),
+    "milliseconds as seconds": (
+        "t,X,Y,Z\n0,800,0,440\n1,800,0,439\n2,800,0,438\n", XYZ | {"time": "t", "time_unit": "s"},
+        "found samples 1 s apart (median), slower than any controller writes a log; correct time_unit"),
+    "a sample a second": (
+        ROWS, XYZ | {"sampling_rate_Hz": 1.0}, "slower than any controller writes a log; correct sampling_rate_Hz"),
     "one column": (ROWS, XYZ | {"position": "X"}, "position: found 'X', expected three columns such as position=X,Y,Z"),
     "no such entry": (ROWS, XYZ | {"force": "X"}, "force: unknown entry"),
     "no such column": (ROWS, XYZ | {"position": ["X", "Y", "H"]}, "column H: no column is named 'H'; found 't', 'X'"),

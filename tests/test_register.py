@@ -36,6 +36,7 @@ from sqlalchemy.exc import DBAPIError
 import forcemap as fm
 import postgres
 from forcemap.answers.register import CellAnswer
+from forcemap.errors import RegisterError
 from forcemap.exports.head import head_result
 from forcemap.register.audit import Action, verify
 from forcemap.register.connection import connect, file_system, is_local, is_network
@@ -779,6 +780,22 @@ def test_a_change_that_says_nothing_is_refused(words, blank, tmp_path, ask):
     code, answer = ask("register", "change", "plant/cell-1", *words, "--new", "--register", where)
     assert (code, answer["error"]["kind"]) == (2, "input")
     assert ask("register", "change", "plant/x", "tool=a", "--new", "--since", "2999-01-01", "--register", where)[0] == 2
+
+
+def test_a_cell_is_spelt_in_one_way(register, folders, tmp_path):
+    """A slip of a capital would make a second cell, and what is entered there would end no release of the first."""
+    enter(register, folders[0])
+    (cell,) = rows(register, "cells")
+    site, name = cell["site"], cell["name"]
+    with pytest.raises(RegisterError, match="write it as there"):
+        change(register, f"{site.upper()}/{name.upper()}", {"firmware": "5.13"}, new=True)
+    folder = shutil.copytree(folders[0], tmp_path / "slip")
+    stated = (folder / "campaign.toml").read_text()
+    assert f'cell = "{name}"' in stated
+    (folder / "campaign.toml").write_text(stated.replace(f'cell = "{name}"', f'cell = "{name.upper()}"'))
+    with pytest.raises(RegisterError, match=f"there is a cell '{site}/{name}', found '{site}/{name.upper()}'"):
+        enter(register, folder)
+    assert rows(register, "cells") == [cell]
 
 
 def add_release(register, cell=1, **stated):
@@ -1815,6 +1832,20 @@ def test_many_make_the_same_register_at_once(tmp_path):
         each.join(60)
     assert [each.exitcode for each in workers] == [0] * 4
     assert whole(open_register(str(tmp_path / "r.sqlite")))
+
+
+def test_who_makes_a_register_waits_for_who_writes_into_the_new_file(tmp_path):
+    file = tmp_path / "r.sqlite"
+    other = sqlite3.connect(file, isolation_level=None, check_same_thread=False)
+    other.execute("begin immediate")
+    begun, writing = time.monotonic(), threading.Timer(0.5, other.execute, ["rollback"])
+    writing.start()
+    made = make_register(str(file))[0]
+    assert time.monotonic() - begun >= 0.5
+    writing.join()
+    other.close()
+    assert whole(made)
+    made.engine.dispose()
 
 
 def test_a_backup_is_restored_whole(register, where, folders, tmp_path, server_or_none):

@@ -202,6 +202,19 @@ def test_the_first_page_says_what_is_confirmed_and_what_is_not(reports):
     assert not any("m/s" in cells[3] for cells in answers[1:])
 
 
+def test_the_lowest_and_the_highest_speed_hold_where_they_are_said_to(reports):
+    folder, assessment, page = reports("demo")
+    found, text = assessment.speeds[0], " ".join(re.sub(r"<[^>]+>", " ", page).split())
+    places = found.slowest_place, found.fastest_place
+    case = {"limit": found.limit, "contact": found.contact, "bound": fm.ToleranceBound()}
+    at = fm.safe_speed(fm.fit_force_map(fm.read_dataset(folder)), *np.transpose(places), **case)
+    np.testing.assert_allclose(at.speed_to_program, [found.slowest_to_program, found.fastest_to_program], rtol=1e-9)
+    assert ("but not at each place (section 9)" in text) == assessment.force_map.form_test.misses
+    (low, high), speeds = places, [fm.floor_speed(speed) for speed in at.speed_to_program]
+    slow = f"from {speeds[0]} m/s (near distance {low[0]:.2f} m, height {low[1]:.2f} m)"
+    assert f"{slow} to {speeds[1]} m/s (near {high[0]:.2f} m, {high[1]:.2f} m)" in text
+
+
 def test_numbers_are_those_of_the_library(reports):
     folder, _, page = reports("demo")
     dataset = fm.read_dataset(folder)

@@ -153,12 +153,13 @@ def test_an_error_is_one_line_for_programs_and_wrapped_on_a_terminal(forcemap, t
         ("hand", ["back_of_hand", "hand_fingers"]),
         ("finger", ["hand_fingers", "forefinger_pad", "forefinger_end_joint"]),
         ("elbow", ["upper_arm_elbow"]),
+        ("thighs_and_knees", ["thigh_knee", "thigh_muscle", "kneecap"]),
     ],
 )
 def test_a_part_of_a_name_finds_the_body_area(ask, name, nearest):
     code, found = ask("limits", name)
     assert code == 2
-    assert found["error"]["message"].endswith(f"the nearest are {', '.join(nearest)}")
+    assert found["error"]["message"].endswith(f"the nearest are {', '.join(nearest)}; forcemap limits lists all")
 
 
 def test_a_place_in_millimetres_is_outside_with_the_measured_range(forcemap):

@@ -100,14 +100,14 @@ class RegisterError(InputError):
 
 
 class UnknownName(InputError):
-    """A name that is not known; `nearest` lists the names most like it."""
+    """A name that is not known; `nearest` lists the names most like it, `listed` says where all are."""
 
     kind = "unknown_name"
 
-    def __init__(self, what: str, name: str, known: Iterable[str]) -> None:
+    def __init__(self, what: str, name: str, known: Iterable[str], *, listed: str = "") -> None:
         self.name = name
         self.nearest = tuple(nearest_names(name, known))
-        super().__init__(f"no {what} is named {name!r}; the nearest are {', '.join(self.nearest)}")
+        super().__init__(f"no {what} is named {name!r}; the nearest are {', '.join(self.nearest)}{listed}")
 
 
 class FitError(ForcemapError):
@@ -190,11 +190,17 @@ def one_line(text: str) -> str:
     return _UNSEEN.sub("\ufffd", _BREAKS.sub(" ", text).replace("\t", " "))
 
 
+def words_of(name: str) -> list[str]:
+    """Words of an identifier by which others are like it: `thigh` and `knee` of `thighs_and_knees`."""
+    words = [word.removesuffix("s") for word in name.split("_") if word != "and"]
+    return [word for word in words if len(word) >= _SHORTEST_WORD]
+
+
 def nearest_names(name: str, known: Iterable[str], count: int = 5) -> list[str]:
     """The known names most like `name`, best first: those that contain it, then those spelt alike."""
     names = list(known)
     wanted = name[:_LONGEST_SOUGHT].strip().lower().replace(" ", "_").replace("-", "_")
-    words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
+    words = words_of(wanted)
 
     def likeness(candidate: str) -> float:
         lowered = candidate.lower().replace("-", "_")

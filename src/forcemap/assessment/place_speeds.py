@@ -122,15 +122,19 @@ class PlaceSpeeds:
 
     @cached_property
     def _confirmed(self) -> FloatArray:
-        """Speeds at contact and to program where there is one to program, shape (2, n); none if none is released.
+        """Speeds at contact and to program where there is one to program, with distance and height, shape (4, n).
 
-        At all places looked at, those of the finer grid, too.
+        At all places looked at, those of the finer grid, too; none if none is released.
         """
         if isinstance(self.speeds, Missing) or not self.confirmed:
-            return np.empty((2, 0))
-        grids = [grid.speeds for grid in (self.speeds, self.fine) if grid is not None]
-        pairs = np.hstack([[grid.speed.ravel(), grid.speed_to_program.ravel()] for grid in grids])
-        return np.asarray(pairs[:, ~np.isnan(pairs[1])])
+            return np.empty((4, 0))
+        found = []
+        for grid in (self.speeds, self.fine):
+            if grid is not None:
+                d, h = np.meshgrid(grid.distance, grid.height, indexing="ij")
+                found.append(np.stack([grid.speeds.speed, grid.speeds.speed_to_program, d, h]).reshape(4, -1))
+        every = np.hstack(found)
+        return np.asarray(every[:, ~np.isnan(every[1])])
 
     @property
     def of_table(self) -> tuple[float, float]:
@@ -168,6 +172,20 @@ class PlaceSpeeds:
     def slowest_to_program(self) -> float:
         """Lowest of the speeds to program in the measured range [m/s]; NaN if there is none."""
         return float(self._confirmed[1].min()) if self.confirmed else math.nan
+
+    @property
+    def slowest_place(self) -> tuple[float, float]:
+        """Distance and height of the lowest speed to program [m]; NaN if there is none."""
+        return self._place(int(np.argmin(self._confirmed[1]))) if self.confirmed else (math.nan, math.nan)
+
+    @property
+    def fastest_place(self) -> tuple[float, float]:
+        """Distance and height of the highest speed to program [m]; NaN if there is none."""
+        return self._place(int(np.argmax(self._confirmed[1]))) if self.confirmed else (math.nan, math.nan)
+
+    def _place(self, index: int) -> tuple[float, float]:
+        distance, height = self._confirmed[2:, index].tolist()
+        return distance, height
 
     @property
     def fastest_to_program(self) -> float:

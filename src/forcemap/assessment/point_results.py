@@ -171,17 +171,22 @@ def point_results(
 
 
 def _not_contradicted_by(result: PointResult, others: Sequence[PointResult], tolerance: StateTolerance) -> PointResult:
-    """A result, unless impacts of another point at the same spot exceeded a limit no lower, at a speed no higher."""
+    """A result, unless impacts of another point at the same spot exceeded its limit, at a speed no higher.
+
+    Whatever limit the other point has: an impact that exceeded one no lower, or whose forces are above this one's.
+    """
     if result.lacks:
         return result
-    limit = result.point.limit.force(result.point.contact)
+    limit, lasting = (result.point.limit.force(of) for of in (result.point.contact, Contact.QUASI_STATIC))
     against = [
         Finding.of(FindingKind.POINT_SPEED_EXCEEDED, impact.reason, recording=impact.recording, speed_mps=impact.speed)
         for other in others
         if _one_spot(result.point, other.point, tolerance.place)
         for impact in other.impacts
         if impact.own and not impact.speed > result.speed + tolerance.speed
-        if impact.outcome is VerdictOutcome.EXCEEDED and limit <= other.point.limit.force(other.point.contact)
+        if (impact.outcome is VerdictOutcome.EXCEEDED and limit <= other.point.limit.force(other.point.contact))
+        or impact.peak_force > limit
+        or impact.phase2_force > lasting
     ]
     if not against:
         return result

@@ -74,7 +74,7 @@ class Campaign:
         """
         if not self.recordings.is_dir():
             return []
-        return sorted(file for file in _files_below(self.recordings) if not file.startswith(".") and "/." not in file)
+        return sorted(file for file in files_below(self.recordings) if not file.startswith(".") and "/." not in file)
 
     @property
     def missing(self) -> list[str]:
@@ -181,15 +181,21 @@ def with_register(campaign: Campaign) -> Campaign:
     return replace(campaign, entries=read_register(register), register_sha256=checksum)
 
 
-def _files_below(folder: Path, above: str = "") -> Iterator[str]:
-    """Paths of the files in a folder and those below it, each behind the names of the folders above."""
+def files_below(folder: Path, above: str = "") -> Iterator[str]:
+    """Paths of the files in a folder and those below it, each behind the names of the folders above.
+
+    Raises
+    ------
+    CampaignFileError
+        A link to a folder, or to nothing: what lies there would silently count for nothing.
+    """
     with suppress(PermissionError), os.scandir(folder) as entries:
         for entry in entries:
             if entry.is_symlink() and not entry.is_file():
                 message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
                 raise CampaignFileError(message, file=entry.path)
             if entry.is_dir():
-                yield from _files_below(Path(entry.path), f"{above}{entry.name}/")
+                yield from files_below(Path(entry.path), f"{above}{entry.name}/")
             elif entry.is_file():
                 yield above + entry.name
 

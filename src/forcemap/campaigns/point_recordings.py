@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.binding import changed_conditions
+from forcemap.campaigns.campaign import files_below
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
@@ -100,11 +101,18 @@ def _largest(forces: Iterable[float]) -> float:
 
 
 def point_files(folder: Path) -> dict[str, Path]:
-    """The files in points/ by their names with the folder, sorted; hidden ones and links are left alone."""
+    """The files in points/ by their names with the folder, sorted; hidden ones are left alone.
+
+    Raises
+    ------
+    CampaignFileError
+        A link to a folder, or to nothing.
+    """
     root = folder / POINTS_FOLDER
-    paths = (path for path in root.rglob("*") if path.is_file() and not path.is_symlink())
-    inside = {f"{POINTS_FOLDER}/{path.relative_to(root).as_posix()}": path for path in paths}
-    return {name: inside[name] for name in sorted(inside) if "/." not in name}
+    if root.is_symlink():
+        raise CampaignFileError("found a link, expected the folder of the recordings itself", file=str(root))
+    names = (f"{POINTS_FOLDER}/{name}" for name in files_below(root)) if root.is_dir() else ()
+    return {name: folder / name for name in sorted(names) if "/." not in name}
 
 
 def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | None) -> None:

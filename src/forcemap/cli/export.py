@@ -458,16 +458,18 @@ def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
         return ""
     allowed, slowed = speeds.allowed.duration, speeds.slowed.duration
     unbraked = allowed if math.isnan(slowed) else slowed
-    if speeds.path.time is not None and not ((speeds.commanded < speeds.programmed) & ~speeds.refused).any():
-        again = "its rows one by one, as each brakes and accelerates for itself: keep the corners alone for that"
-        return f", {unbraked:.3f} s as logged ({time:.3f} s where a program drives {again})"
+    lead = f"{time:.3f} s at their commanded speeds"
     costs = [f"{unbraked:.3f} s without braking ahead of slower pieces"]
+    if speeds.path.time is not None:
+        again = "its rows one by one, as each brakes and accelerates for itself: keep the corners alone for that"
+        lead = f"{unbraked:.3f} s as logged{', slowed where too fast' * bool(speeds.too_fast.any())}"
+        costs = [f"{time:.3f} s where a program drives {again}"]
     if f"{allowed:.3f}" != f"{unbraked:.3f}":
         costs.append(
             f"{allowed:.3f} s if the program were as fast as allowed: no speed exceeds the programmed one; for the "
             "fastest state none where contact is possible"
         )
-    return f", {time:.3f} s at their commanded speeds ({'; '.join(costs)})"
+    return f", {lead} ({'; '.join(costs)})"
 
 
 def _close_rows(speeds: fm.PathSpeeds) -> str:

@@ -274,8 +274,8 @@ def assumes(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
 def accuracy_words(accuracy: AccuracyAnswer) -> str:
     """An accuracy in a line."""
     return (
-        f"accuracy on {counted(accuracy.states, 'state')} ({accuracy.on}): underestimated by at most "
-        f"{accuracy.max_underestimation_percent:.1f} %, overestimated by at most "
+        f"accuracy on {counted(accuracy.states, 'state')} ({accuracy.on}){outside_words(accuracy)}: "
+        f"underestimated by at most {accuracy.max_underestimation_percent:.1f} %, overestimated by at most "
         f"{accuracy.max_overestimation_percent:.1f} %"
     )
 

@@ -128,7 +128,7 @@ def plan(
         shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
         others["reach"] = conditions.reach if reach == math.inf and conditions.reach > 0 else reach
         campaign_plan = fm.plan_measurements(ranges[0], ranges[1], ranges[2], **others, **shared)
-    campaign_plan = _with_needs(campaign_plan, conditions, doubts)
+    campaign_plan = _with_needs(campaign_plan, conditions, [*doubts, *_of_other_payload(shared, conditions)])
     minutes = campaign_plan.minutes(place_minutes, impact_minutes)
     whole = extend_plan(before, campaign_plan) if before else campaign_plan
     completed = planned.complete(folder, conditions, added)
@@ -139,6 +139,16 @@ def plan(
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
+
+
+def _of_other_payload(shared: dict[str, Any], conditions: fm.Conditions) -> list[Finding]:
+    """That the payload to be measured is not the one of the map that forces are expected from."""
+    source = shared.get("expected_force")
+    if not isinstance(source, fm.ForceMap) or math.isnan(conditions.payload):
+        return []
+    of_map = 0.0 if math.isnan(source.conditions.payload) else source.conditions.payload
+    figures = {"payload_kg": conditions.payload, "of_map_kg": of_map, "name": source.name}
+    return [Finding.of(FindingKind.EXPECTED_OTHER_PAYLOAD, **figures)] if of_map != conditions.payload else []
 
 
 def _of_plan(reach: float, speeds: list[float]) -> dict[str, float]:

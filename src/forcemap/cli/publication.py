@@ -190,8 +190,7 @@ def _readme(
     chosen = "".join(f" {option}" for option in options if option.startswith("--form"))
     tested = force_map.form_test
     fits = f": {sentence(tested.finding)}" if tested else ""
-    conditions = dataset.conditions
-    error = conditions.speed_error
+    error = dataset.conditions.speed_error
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
     counts = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
     again = [
@@ -203,7 +202,7 @@ def _readme(
     files = [name.removeprefix("data/") for name in parts if name.startswith("data/")]
     data = ", ".join(dict.fromkeys(f"`{name.partition('/')[0]}{'/' * ('/' in name)}`" for name in sorted(files)))
     simulated = ["SIMULATED: not a measurement of any robot."] * dataset.simulated
-    lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
+    lines = [f"# Collision forces: {dataset.conditions.robot or 'robot not stated'}", ""]
     lines += [part for line in (*simulated, *first) for part in (f"**{line}**", "")]
     lines += [
         "Estimated from measurements; nothing here certifies a robot or a cell.",
@@ -227,10 +226,11 @@ def _readme(
         "least that force.",
         "Errors in `states.csv` and `accuracy.csv` are predicted less measured (underestimation is below 0, or named); "
         "figures show measured less predicted (underestimation is above 0).",
+        "A state is outside the map's measured range if it lies farther from that than repeats of a state may differ.",
         "Of a coefficient `low` and `high` are the ends of its 95 % confidence interval (Student's t), "
         "the wider of those with the smallest and the largest correlation of the states of a place that is likely.",
         *again,
-        f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
+        f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`. "
         "Choose a licence for the data before you publish them.",
     ]
     lines += (

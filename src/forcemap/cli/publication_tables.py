@@ -20,6 +20,7 @@ from forcemap.maps.map_file import map_sha256
 
 _ERRORS = {
     "states": "states",
+    "states_outside_measured_range": "outside_states",
     "max_underestimation_percent": "max_underestimation_percent",
     "max_underestimation_N": "max_underestimation",
     "mean_underestimation_percent": "mean_underestimation_percent",
@@ -109,9 +110,11 @@ def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset, role: str) -> Ite
     scatter = dict(zip(*(getattr(fm.repeatability(dataset), name) for name in ("state", "sd")), strict=True))
     states = dataset.states
     predicted = np.asarray(force_map.predict(*states.coordinates.T))
+    inside = force_map.measured_range.near(states.coordinates, dataset.tolerance.scale)
     stated = dataset.conditions.as_stated(states.speed)
-    columns = (states.name, *states.coordinates.T, stated, states.impacts, states.censored, states.force, predicted)
-    for name, d, h, v, said, impacts, censored, force, expected in zip(*columns, strict=True):
+    counts, forces = (states.impacts, states.censored), (states.force, predicted)
+    columns = (states.name, *states.coordinates.T, stated, inside, *counts, *forces)
+    for name, d, h, v, said, within, impacts, censored, force, expected in zip(*columns, strict=True):
         yield {
             "state_id": name,
             "role": role,
@@ -119,6 +122,7 @@ def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset, role: str) -> Ite
             "height_m": float(h),
             "speed_stated_mps": float(said),
             "speed_less_error_mps": float(v),
+            "in_measured_range": bool(within),
             "impacts": int(impacts),
             "above_device_range": int(censored),
             "mean_peak_force_N": float(force),

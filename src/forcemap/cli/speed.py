@@ -180,7 +180,10 @@ _HINTS = 3
 """Places where a speed is only just missing that are listed; a choice: the nearest come first, --json has all."""
 
 _MARGIN = FixedMargin().describe()
-_IN_PROGRAM = "lower in what forcemap export writes: zones, and motion up to 5 degrees off the map's direction"
+_IN_PROGRAM = (
+    "holds at the place itself; lower in what forcemap path and export give: places up to 5 mm beside it, and motion "
+    "up to 5 degrees off the map's direction"
+)
 
 
 def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:

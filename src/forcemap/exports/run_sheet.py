@@ -101,7 +101,7 @@ def _stated(conditions: Conditions) -> list[str]:
         *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
         *(f"WARNING: {sentence(need)}" for need in conditions.device_needs),
         "What is said below is as of when the runs were planned: a payload stated since is not in the forces expected "
-        "(a plan into a new folder that holds this campaign.toml has it)",
+        "(a plan into a new folder that holds this campaign.toml has it; forces of a map are with its own payload)",
     ]
 
 

@@ -305,7 +305,7 @@ def model_comparison_figure(
         Of the contact model, as for `compare_force_models` [kg], [kg], [N/m]: as
         `contact_model(dataset.conditions, area).figures` gives them (forcemap.comparisons.contact_model).
     speed, height, distance : float, optional
-        Where to cut [m/s], [m], [m]; values that many states have if not given.
+        Where to cut [m/s], [m], [m]; values that many states in the measured range have if not given.
     width : float
         Width of the figure [m].
 
@@ -317,9 +317,8 @@ def model_comparison_figure(
     measured, place = Measured.of(force_map, dataset), dataset.tolerance.place
     if speed is None:
         speed = measured_often(force_map.measured_range.points[:, 2], dataset.tolerance.speed)
-    states = dataset.states.select(near(dataset.states.speed, speed, dataset.tolerance.speed))
-    states = states if len(states) else dataset.states
-    given = ((distance, states.distance), (height, states.height))
+    d, h = _places_to_cut(force_map.measured_range, dataset, speed)
+    given = ((distance, d), (height, h))
     fixed_at = {i: measured_often(of, place) if value is None else value for i, (value, of) in enumerate(given)}
     standard = float(pfl_contact_force(speed, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
 
@@ -337,6 +336,14 @@ def model_comparison_figure(
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
     return finish(figure, simulated=measured.simulated, also=[_draw_errors(errors, comparison)])
+
+
+def _places_to_cut(measured: MeasuredRange, dataset: ImpactDataset, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Distances and heights of states at a speed in the measured range; if there are none, of all in it, or all."""
+    inside = dataset.states.select(measured.contains(*dataset.states.coordinates.T))
+    at = inside.select(near(inside.speed, speed, dataset.tolerance.speed))
+    found = next((states for states in (at, inside) if len(states)), dataset.states)
+    return found.distance, found.height
 
 
 def draw_2d(

@@ -97,6 +97,10 @@ def draw_map(
         style.PREDICTION.plot(axes, x, force)
         if bound is not None:
             style.BOUND.plot(axes, x, np.where(inside, bound.upper(force_map, *state), np.nan))
+    else:
+        axes.text(
+            0.5, 0.5, "no map here:\noutside the\nmeasured range", transform=axes.transAxes, ha="center", va="center"
+        )
     return x, force
 
 

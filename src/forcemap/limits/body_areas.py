@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from forcemap.csv_table import Table, read_table
-from forcemap.errors import InputError, TableError, UnknownName
+from forcemap.errors import InputError, TableError, UnknownName, words_of
 from forcemap.files import read_bytes, sha256
 from forcemap.limits.pfl import LEAST_STIFFNESS
 
@@ -37,10 +37,6 @@ _HEAD_WORD = re.compile(  # how words for parts of the head begin or end, Englis
     "|auge|ohr).*|.*(head|skull|jaw|kopf|kiefer|schädel|schaedel|gesicht)"
 )
 _PERMITTED_BY = re.compile(r"permitted by \S.*\S", re.IGNORECASE)
-
-
-_SHORTEST_WORD = 3
-"""Characters of a word that counts where a name is looked up; a choice: not "of"."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +142,7 @@ class LimitTable:
         """Names that hold a word of the one that is wanted, an area of both sides once; without any, all names."""
         both = self.both_sides
         areas = [area.base if area.base in both else area.area for area in self.areas.values()]
-        words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
+        words = words_of(wanted)
         named = list(dict.fromkeys([*areas, *self.regions]))
         holding = [each for each in named if any(word in each for word in words)]
         return holding or named
@@ -164,7 +160,7 @@ class LimitTable:
         wanted = identifier(name)
         areas = [area for area in self.areas.values() if wanted in (area.area, area.region, area.base)]
         if not areas:
-            raise UnknownName("body area or region", name, self._like(wanted))
+            raise UnknownName("body area or region", name, self._like(wanted), listed="; forcemap limits lists all")
         for area in areas:
             sides = [side for side in _SIDES if area.area.endswith(side)]
             other = [area.base + side for side in _SIDES if side not in sides]

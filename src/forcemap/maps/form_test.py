@@ -54,6 +54,10 @@ _WITHIN = 0.25
 """Share of what the terms leave that must differ between states of one place for a test on these differences alone,
 which is exact (docs/decisions.md). A choice: less leaves too little to test."""
 
+FEW_SHARED = 0.5
+"""Share of places that several states share, below which the tests between places are no tests at 5 %: with four or
+five such places of 26 a right form was found wrong in 0.20 of campaigns (docs/validity.md)."""
+
 SMALL_FALL = 0.05
 """Share by which a force may fall from one speed to the next at a place without being said; a choice."""
 
@@ -118,8 +122,8 @@ class FormTest:
         Along which of distance, height and speed a part of more than GAP of the range has at most one value inside.
     not_tested : tuple of str
         Other kinds of departure that these states cannot show.
-    places : int
-        Number of places.
+    places, shared : int
+        Number of places, and of those that several states share.
     near : int
         Number of pairs of places closer than NEAR.
     closest : tuple of four floats
@@ -142,6 +146,7 @@ class FormTest:
     gaps: tuple[str, ...]
     not_tested: tuple[str, ...]
     places: int
+    shared: int
     near: int
     closest: tuple[float, ...]
     slow_places: int
@@ -168,7 +173,8 @@ class FormTest:
             return Finding.of(kind.FORM_NOT_TESTED, **figures)
         if self.significant:
             doubts = (departure.finding for departure in self.significant)
-            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, covered=self.covered, places=self.places)
+            figures |= {"places": self.places, "few_shared": 0 < self.shared < FEW_SHARED * self.places}
+            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, covered=self.covered)
         tested = sum(departure.tested for departure in self.departures)
         return Finding.of(kind.FORM_NOT_DOUBTED, **figures, tested=tested, p=self.p_value)
 
@@ -255,6 +261,7 @@ def form_test(form: Form, states: States, state_sd: float = math.nan, residuals:
         between=tuple(gaps.values()),
         not_tested=tuple(kind for kind in (*_AXES, "place") if kind not in kinds and kind not in gaps),
         places=len(places),
+        shared=int((np.bincount(place) > 1).sum()),
         near=len(near),
         closest=near[0] if near else (),
         slow_places=np.unique(place[slow]).size,

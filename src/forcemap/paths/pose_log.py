@@ -20,7 +20,7 @@ from forcemap.recordings.text import lines_of
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Units of positions [m]."""
 
-_FARTHEST = 1.0  # [s] between samples; a choice: controllers write 1 to 500 a second
+_FARTHEST = 0.9  # [s] between samples; a choice: controllers write 2 to 500 a second, and 1000 in the wrong unit is 1 s
 
 _SAME = ("time", "time_unit", "sampling_rate_Hz", "delimiter", "decimal", "header_lines")
 _CALLED = {"position": "force", "segment": "curve"}
@@ -64,9 +64,10 @@ def read_pose_log(
         if layout.selection.time is not None:
             rows = range(layout.row, layout.row + len(block.values))
             time, _ = in_seconds(block.values[:, 0], known, rows, layout.name(layout.selection.time))
-            _refuse_slow(time, layout.name(layout.selection.time))
+            _refuse_slow(time, layout.name(layout.selection.time), "time_unit")
         elif "sampling_rate_Hz" in columns:
             time = np.arange(len(block.values)) / known.sampling_rate
+            _refuse_slow(time, "sampling_rate_Hz", "sampling_rate_Hz")
     except RecordingError as error:
         raise TableError(error.message, file=file, row=error.row, column=error.column) from None
     return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None
@@ -87,10 +88,14 @@ def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
     position, unit = columns.get("position"), columns.get("length_unit")
     if not isinstance(position, list | tuple) or len(position) != 3:
         raise InputError(f"found {position!r}, expected three columns such as position=X,Y,Z", column="position")
+    units = {"length_unit": f"of the positions: {', '.join(LENGTHS)}"}
+    if "time" in columns:  # milliseconds taken for seconds look slow
+        units["time_unit"] = "of the time column: s, ms, us or ns"
+    if missing := [entry for entry in units if entry not in columns]:
+        needed = "; ".join(f"{entry}, the unit {units[entry]}" for entry in missing)
+        raise InputError(f"not stated; expected {needed}", column=missing[0])
     if unit not in LENGTHS:
         raise InputError(f"found {unit!r}, expected one of {', '.join(LENGTHS)}", column="length_unit")
-    if "time" in columns and "time_unit" not in columns:  # milliseconds taken for seconds look slow
-        raise InputError("expected the unit of the time column: s, ms, us or ns", column="time_unit")
     entries = {_CALLED.get(key, key): value for key, value in columns.items() if key != "length_unit"}
     untimed = {} if {"time", "sampling_rate_Hz"} & columns.keys() else {"sampling_rate_Hz": 1.0}
     try:
@@ -102,12 +107,12 @@ def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
         raise InputError(error.message, column=own.get(error.column or "", error.column)) from None
 
 
-def _refuse_slow(time: FloatArray, column: str) -> None:
+def _refuse_slow(time: FloatArray, column: str, entry: str) -> None:
     """Refuse times that no log has: in a larger unit than the file's a path looks slow, and what is too fast passes."""
     apart = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     if apart > _FARTHEST:
         problem = f"found samples {apart:.4g} s apart (median), slower than any controller writes a log"
-        raise RecordingError(f"{problem}; correct time_unit", column=column)
+        raise RecordingError(f"{problem}; correct {entry}", column=column)
 
 
 def _refuse_other_lengths(layout: Layout, stated: str) -> None:

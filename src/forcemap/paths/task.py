@@ -137,8 +137,8 @@ class Task:
     def _unknown(self, one: str, name: str, other: str, names: Collection[str]) -> InputError:
         near = ", ".join(map(repr, nearest_names(name, names, _NEAREST)))
         message = f"the {one} names the segment {name!r}, which the {other} does not have (its nearest: {near})"
-        whole = f"; a path without the column segment is one named {name!r}" if name == ONE_SEGMENT else ""
-        return InputError(f"{message}; both name the same{whole}", file=self.source or None)
+        without = f"; a path without the column segment (a log: --column segment=NAME) is one named {name!r}"
+        return InputError(f"{message}; both name the same{without * (name == ONE_SEGMENT)}", file=self.source or None)
 
     def site_offset(self, site: str, *, alone: bool) -> FloatArray:
         """Where a contact site lies from the point of the path [m], shape (3,); zero for one `alone` if none is stated.

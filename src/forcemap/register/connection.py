@@ -7,6 +7,7 @@ import os
 import re
 import socket
 import sqlite3
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ REGISTER_VARIABLE = "FORCEMAP_REGISTER"
 FILE = "register.sqlite"
 _ALONE = 0x666F7263656D6170  # "forcemap": the advisory lock that whoever writes holds
 _PATIENCE = 60  # s to wait for whoever writes; a choice, some hundred times what one entry takes
+_AGAIN = 0.05  # s until a setting is tried again; a choice
 _NETWORK = {
     *("nfs", "nfs4", "cifs", "smb", "smb3", "smbfs", "ncpfs", "9p", "afs", "ceph", "glusterfs", "lustre", "gpfs"),
     *("beegfs", "orangefs", "pvfs2", "ocfs2", "gfs2", "davfs", "coda", "vboxsf", "vmhgfs", "prl_fs", "drvfs", "acfs"),
@@ -183,7 +185,7 @@ def _sqlite(path: Path, *, new: bool) -> Engine:
             uri, timeout=_PATIENCE, isolation_level=None, check_same_thread=False, factory=_Opened, uri=True
         )
         for setting in settings:
-            connection.execute(f"pragma {setting}").fetchone()
+            _set(connection, setting)
         connection.files = tuple((each, _identity(each)) for each in beside)
         return connection
 
@@ -205,6 +207,19 @@ def _sqlite(path: Path, *, new: bool) -> Engine:
 
     event.listen(engine, "commit", same)
     return engine
+
+
+def _set(connection: sqlite3.Connection, setting: str) -> None:
+    """Make a setting; SQLite itself does not wait where several turn the same new file to a log ahead (wal)."""
+    end = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            connection.execute(f"pragma {setting}").fetchone()
+            return
+        except sqlite3.OperationalError as error:
+            if "locked" not in str(error) or time.monotonic() > end:
+                raise
+            time.sleep(_AGAIN)
 
 
 _REPLACED = (

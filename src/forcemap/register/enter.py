@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Row, select
 
-from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, normalised
 from forcemap.errors import CampaignFileError, InputError, RegisterError, one_line
 from forcemap.files import stated_date
 from forcemap.register.audit import Action, Head, head, stated
@@ -108,7 +108,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
         if found := _there(connection, content, site, name):  # another process was faster
             return _as_there(connection, content, site, name, found)
         action = Action(register, connection, person)
-        place = cell_number(connection, site, name) or action.add(CELLS, site=site, name=name) if name else None
+        place = _cell(action, site, name) if name else None
         campaign = _add_campaign(action, content, place)
         recordings, impacts = _add_impacts(action, content, campaign, place)
         facts = [] if place is None else _add_facts(action, place, campaign, content)
@@ -185,7 +185,7 @@ def change(
 def _cell_or_new(action: Action, cell: str) -> tuple[int, str]:
     site, name = split(cell)
     site = _site(action.connection, site, name)
-    number = cell_number(action.connection, site, name) or action.add(CELLS, site=site, name=name)
+    number = _cell(action, site, name)
     return number, joined(site, name)
 
 
@@ -198,6 +198,23 @@ def _site(connection: Connection, site: str, name: str) -> str:
         there = ", ".join(sorted(joined(each, name) for each in known)[:5])
         raise RegisterError(f"there are several cells {name!r}: {there}; name the site, too")
     return "" if "" in known or not known else str(known[0])
+
+
+def _cell(action: Action, site: str, name: str) -> int:
+    """The number of a cell, made if the register does not know it.
+
+    Raises
+    ------
+    RegisterError
+        It differs from one of the register in capitals or spaces alone: what is entered would not end releases of that.
+    """
+    if known := cell_number(action.connection, site, name):
+        return known
+    wanted = joined(site, name)
+    cells = [joined(*row) for row in action.connection.execute(select(CELLS.c.site, CELLS.c.name))]
+    if alike := next((cell for cell in cells if normalised(cell) == normalised(wanted)), None):
+        raise RegisterError(f"there is a cell {alike!r}, found {wanted!r}: write it as there, or name it otherwise")
+    return action.add(CELLS, site=site, name=name)
 
 
 def _value(kind: str, text: str) -> str | None:

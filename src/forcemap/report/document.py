@@ -245,7 +245,9 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
     bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
     if isinstance(a.bound, ToleranceBound):
-        bound += ", at each place if its form is right"
+        tested = None if isinstance(a.force_map, Missing) else a.force_map.form_test
+        missed = ", but not at each place (section 9)"
+        bound += missed if tested and tested.misses else ", at each place if its form is right"
     editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}, {limit.source}" for limit in a.limits)
     return [measured, f"Map: {source}; {bound}", f"Limits: {'; '.join(editions)}"]
 
