@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 import shutil
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +20,7 @@ from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_p
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, point_results
 from forcemap.campaigns.not_stated import Matters, not_stated
-from forcemap.campaigns.point_recordings import register_points
+from forcemap.campaigns.point_recordings import point_files, register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
 from forcemap.errors import CampaignFileError, TableError
 from forcemap.words import sentences
@@ -1045,6 +1048,23 @@ def test_what_exceeds_at_the_same_spot_counts_for_every_point_there(copied_cell)
         assert "points/Q-1.csv" in said(result)
 
 
+def test_a_film_at_the_same_spot_is_held_against_the_limit_of_every_point_there(copied_cell):
+    """340 N/cm2 are within the transient limit of one point, and above the quasi-static one of the other."""
+    of_point(copied_cell, [103.3, 104.3, 105.3])
+    for number in (1, 2, 3):
+        save(copied_cell / "points" / f"Q-{number}.csv", *pulse(110.0 + number, rate=1000.0, seed=number))
+        film(copied_cell, f"points/Q-{number}.txt", 340)
+    registered_points(copied_cell)
+    spot = {"contact_site": "finger", "direction": "in", "rests_on": "measurements"}
+    clamped = {"contact": "quasi-static", "body": "constrained", "recordings": "points/P1-*", "recorded_at_mps": "0.25"}
+    other = {"point_id": "P2", "recordings": "points/Q-*", "recorded_at_mps": "0.1"}
+    alone, free = judged(copied_cell, {**spot, **clamped})[0], judged(copied_cell, {**spot, **other})[0]
+    assert [each.outcome for each in (alone, free)] == [PointOutcome.CONFIRMED] * 2, (said(alone), said(free))
+    result, _ = judged(copied_cell, {**spot, **clamped}, {**spot, **other})
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "points/Q-1.csv" in said(result)
+
+
 def test_a_link_among_recordings_of_points_is_read_or_refused(copied_cell, tmp_path):
     """What a pattern names must not silently count for nothing: a link to a file is one, one to a folder is refused."""
     of_point(copied_cell, [203.3, 204.3, 205.3])
@@ -1059,6 +1079,24 @@ def test_a_link_among_recordings_of_points_is_read_or_refused(copied_cell, tmp_p
     (copied_cell / "points" / "sub").symlink_to(tmp_path / "more")
     with pytest.raises(CampaignFileError, match="a link to a folder, or to nothing, is not followed"):
         registered_points(copied_cell)
+
+
+@pytest.mark.skipif(not hasattr(os, "seteuid") or os.getuid() != 0, reason="takes another account")
+def test_a_folder_that_may_not_be_read_hides_nothing():
+    """Its recordings would count for nothing without a word."""
+    with tempfile.TemporaryDirectory() as home:
+        os.chmod(home, 0o755)
+        shut = Path(home) / "points" / "shut"
+        shut.mkdir(parents=True)
+        (shut / "far.csv").touch()
+        shut.chmod(0o700)
+        assert [*point_files(Path(home))] == ["points/shut/far.csv"]
+        os.seteuid(65534)
+        try:
+            with pytest.raises(CampaignFileError, match="may not be read"):
+                point_files(Path(home))
+        finally:
+            os.seteuid(0)
 
 
 def test_a_point_is_not_removed_while_its_recordings_would_count_for_another(copied_cell):

@@ -30,6 +30,7 @@ from typing import Any
 
 # Characters of a message, of a column's name (docs/decisions.md): they may quote a whole damaged file.
 _LONGEST, _LONGEST_NAME = 2000, 200
+_NAMED = 6  # of many names in a message; the others are counted
 _LONGEST_SOUGHT, _SHORTEST_WORD = 100, 3  # characters of a name that is looked up, of a word in it that counts
 
 
@@ -179,7 +180,7 @@ _BREAKS = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029][\\s]*")
 _UNSEEN = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
-def few(names: Sequence[str], most: int, between: str = ", ") -> str:
+def few(names: Sequence[str], most: int = _NAMED, between: str = ", ") -> str:
     """The first of many names, and how many more there are."""
     more = len(names) - most
     return between.join(names[:most]) + f" and {more} more" * (more > 0)

@@ -109,7 +109,7 @@ def point_impacts(
     """
     named = [(point, pattern) for point in points for pattern in point.recordings]
     found: dict[str, dict[str, tuple[PointImpact, ...]]] = {point.name: {} for point in points}
-    own = _own(folder, campaign, [(point, pattern) for point, pattern in named if _of_point(pattern)])
+    own = _own(folder, campaign, points, [(point, pattern) for point, pattern in named if _of_point(pattern)])
     planned = [(point, pattern) for point, pattern in named if not _of_point(pattern)]
     looked_at = campaign is not None and (planned or _may_exceed(campaign, points))
     for point, pattern, impacts in (*own, *(_planned(campaign, points, planned) if campaign and looked_at else ())):
@@ -138,7 +138,8 @@ def _of_point(pattern: str) -> bool:
 
 
 PASSED_OVER = ""
-"""In place of a pattern: recordings of the campaign at a point that exceed its limit, and that it does not name."""
+"""In place of a pattern: recordings of the campaign at a point, or of another point at its spot, that exceed its limit,
+and that it does not name."""
 
 _NEAR = 0.8
 """Share of a limit from which on registered forces are looked at again: further than devices' springs raise them."""
@@ -147,11 +148,14 @@ _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
 Film = tuple[Films, Conditions, Entry]  # the films, under which conditions, of which recording
 
 
-def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
+def _own(
+    folder: Path, campaign: Campaign | None, every: Sequence[ContactPoint], named: Sequence[tuple[ContactPoint, str]]
+) -> Iterator[_Named]:
     """Files in points/ of the campaign's device and file layout, each read once.
 
-    A copy of another file, or of one of the campaign's recordings, is no further impact. Nor is a file of any point
-    that several name which do not state the same.
+    They are held against the limit of every other point at the spot, too, whatever limit theirs has. A copy of another
+    file, or of one of the campaign's recordings, is no further impact. Nor is a file of any point that several name
+    which do not state the same.
     """
     if not named:
         return
@@ -162,6 +166,7 @@ def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactP
     stated = folder / CAMPAIGN_FILE
     conditions = read_campaign_file(stated)[0] if stated.exists() else Conditions()
     doubt, originals, films = recording_doubt(folder), Originals(campaign), films_in(folder / POINT_FILMS)
+    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     for recording in point_recordings(folder, [name for name, points in whose.items() if points]):
         points = list(dict.fromkeys(point for point, _ in whose[recording.name]))
         original = originals.of(recording)
@@ -175,6 +180,20 @@ def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactP
         film = (films, conditions, Entry(file=recording.name))
         for point, pattern in whose[recording.name]:
             yield point, pattern, tuple(_of_file(point, recording, film, why, doubt))
+        for other in every:
+            if other not in points and any(_one_spot(other, point, tolerance) for point in points):
+                there = replace(other, recorded_at=points[0].recorded_at)
+                impacts = _of_file(there, recording, film, why, doubt)
+                yield other, PASSED_OVER, tuple(i for i in impacts if i.outcome is VerdictOutcome.EXCEEDED)
+
+
+def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: StateTolerance) -> bool:
+    """Whether two points state the same contact site and direction, and places that meet."""
+    site, near = normalised(one.contact_site), tolerance.place
+    alike = site and site == normalised(other.contact_site) and same_direction(one.direction, other.direction)
+    along = one.distance <= other.distance_to + near and other.distance <= one.distance_to + near
+    up = one.height <= other.height_to + near and other.height <= one.height_to + near
+    return bool(alike and along and up)
 
 
 def _made_at(point: ContactPoint) -> tuple[str, ...]:

@@ -25,7 +25,6 @@ from forcemap.direction import (
     angle_between,
     direction_vector,
     raised_off_axis,
-    same_direction,
 )
 from forcemap.errors import ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
@@ -157,7 +156,7 @@ def point_results(
     """
     impacts = point_impacts(folder, None if isinstance(campaign, Missing) else campaign, points)
     mapped = _by_map([point for point in points if point.by_map], conditions, force_map, bound, confirmed, allowance)
-    results = tuple(
+    return tuple(
         _result(
             point,
             folder,
@@ -167,31 +166,6 @@ def point_results(
         )
         for point in points
     )
-    return tuple(_not_contradicted_by(result, results, _tolerance(conditions)) for result in results)
-
-
-def _not_contradicted_by(result: PointResult, others: Sequence[PointResult], tolerance: StateTolerance) -> PointResult:
-    """A result, unless impacts of another point at the same spot exceeded its limit, at a speed no higher.
-
-    Whatever limit the other point has: an impact that exceeded one no lower, or whose forces are above this one's.
-    """
-    if result.lacks:
-        return result
-    limit, lasting = (result.point.limit.force(of) for of in (result.point.contact, Contact.QUASI_STATIC))
-    against = [
-        Finding.of(FindingKind.POINT_SPEED_EXCEEDED, impact.reason, recording=impact.recording, speed_mps=impact.speed)
-        for other in others
-        if _one_spot(result.point, other.point, tolerance.place)
-        for impact in other.impacts
-        if impact.own and not impact.speed > result.speed + tolerance.speed
-        if (impact.outcome is VerdictOutcome.EXCEEDED and limit <= other.point.limit.force(other.point.contact))
-        or impact.peak_force > limit
-        or impact.phase2_force > lasting
-    ]
-    if not against:
-        return result
-    refused = replace(result, outcome=PointOutcome.NOT_PERMITTED, speed=math.nan, lacks=tuple(against))
-    return replace(refused, rests_on=_with_lacks(against, result.rests_on), confirmed_by=(), pressed=False)
 
 
 def _with_lacks(lacks: Sequence[Finding], rests_on: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -199,16 +173,6 @@ def _with_lacks(lacks: Sequence[Finding], rests_on: Sequence[Finding]) -> tuple[
     by_map = (FindingKind.POINT_BY_MAP, FindingKind.POINT_CONFIRMED_MAP)
     refused = (("refused", bool(lacks)),)
     return tuple(replace(f, figures=f.figures + refused) if f.kind in by_map else f for f in rests_on)
-
-
-def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: float) -> bool:
-    """Whether two points state the same contact site and direction, and places that meet."""
-    site = normalised(one.contact_site)
-    alike = site and site == normalised(other.contact_site) and same_direction(one.direction, other.direction)
-    ends = [(point.distance, point.distance_to, point.height, point.height_to) for point in (one, other)]
-    (d, d_to, h, h_to), (d2, d2_to, h2, h2_to) = ends
-    meets = d <= d2_to + tolerance and d2 <= d_to + tolerance and h <= h2_to + tolerance and h2 <= h_to + tolerance
-    return bool(one is not other and alike and meets)
 
 
 def _result(

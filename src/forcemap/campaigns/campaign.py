@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
@@ -74,7 +73,7 @@ class Campaign:
         """
         if not self.recordings.is_dir():
             return []
-        return sorted(file for file in files_below(self.recordings) if not file.startswith(".") and "/." not in file)
+        return sorted(files_below(self.recordings))
 
     @property
     def missing(self) -> list[str]:
@@ -182,22 +181,26 @@ def with_register(campaign: Campaign) -> Campaign:
 
 
 def files_below(folder: Path, above: str = "") -> Iterator[str]:
-    """Paths of the files in a folder and those below it, each behind the names of the folders above.
+    """Paths of the files in a folder and those below it, but for hidden ones, behind the names of the folders above.
 
     Raises
     ------
     CampaignFileError
-        A link to a folder, or to nothing: what lies there would silently count for nothing.
+        A link to a folder, or to nothing, or a folder that may not be read: what lies there would silently count for
+        nothing.
     """
-    with suppress(PermissionError), os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.is_symlink() and not entry.is_file():
-                message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
-                raise CampaignFileError(message, file=entry.path)
-            if entry.is_dir():
-                yield from files_below(Path(entry.path), f"{above}{entry.name}/")
-            elif entry.is_file():
-                yield above + entry.name
+    try:
+        entries = [entry for entry in os.scandir(folder) if not entry.name.startswith(".")]
+    except PermissionError:
+        raise CampaignFileError("the folder may not be read; what lies in it counts", file=str(folder)) from None
+    for entry in entries:
+        if entry.is_symlink() and not entry.is_file():
+            message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
+            raise CampaignFileError(message, file=entry.path)
+        if entry.is_dir():
+            yield from files_below(Path(entry.path), f"{above}{entry.name}/")
+        elif entry.is_file():
+            yield above + entry.name
 
 
 def _require(file: Path, folder: str | Path) -> None:

@@ -106,13 +106,13 @@ def point_files(folder: Path) -> dict[str, Path]:
     Raises
     ------
     CampaignFileError
-        A link to a folder, or to nothing.
+        A link to a folder, or to nothing, or a folder that may not be read.
     """
     root = folder / POINTS_FOLDER
     if root.is_symlink():
         raise CampaignFileError("found a link, expected the folder of the recordings itself", file=str(root))
     names = (f"{POINTS_FOLDER}/{name}" for name in files_below(root)) if root.is_dir() else ()
-    return {name: folder / name for name in sorted(names) if "/." not in name}
+    return {name: folder / name for name in sorted(names)}
 
 
 def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | None) -> None:

@@ -23,7 +23,6 @@ SPEED_TOLERANCE = 0.010
 CONFIRMING = "c-"
 """How the names of states begin that are to confirm a map; they have role test."""
 
-_NAMED = 6  # states in a message; the others are counted
 _FEW = 500  # points of which every pair is looked at; of more, a tree finds those that are near
 
 _AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))
@@ -296,7 +295,7 @@ def _refuse_wide_states(
         if chained is not None:
             way_out = "lower the tolerance ([states] in campaign.toml, tolerance= in Python)"
             if named := sorted({*filter(None, chained[member].tolist())}):
-                found = f"the states {few(named, _NAMED)}, each as close to the next as repeats are,"
+                found = f"the states {few(named)}, each as close to the next as repeats are,"
             else:
                 way_out += ", or name them in a state_id column"
             remedy = f"impacts or states that lie closer than this form a chain: {way_out}"

@@ -32,9 +32,6 @@ from forcemap.impacts.impact import TRANSIENT_TIME, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.verdicts.recording_results import recording_doubt
 
-_NAMED = 6
-"""Recordings named before a reason that they share; a choice: --json has all."""
-
 
 def check(
     source: Annotated[str, Argument(help="A file of recordings, or a campaign folder.")],
@@ -225,7 +222,7 @@ def _together(unjudged: Iterable[Unjudged]) -> list[str]:
     names: dict[str, list[str]] = {}
     for doubt in unjudged:
         names.setdefault(doubt.reason, []).append(doubt.recording)
-    return [f"{few(recordings, _NAMED)}: {reason}" for reason, recordings in names.items()]
+    return [f"{few(recordings)}: {reason}" for reason, recordings in names.items()]
 
 
 def _why(impacts: Sequence[CheckedImpact]) -> list[str]:

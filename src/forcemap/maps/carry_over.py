@@ -26,7 +26,6 @@ EARLIER_MAP = "maps/earlier.json"
 """Where a campaign's folder holds the map that its few states carry over; `plan --transfer` puts it there."""
 
 _EARLIER = " (of the earlier map)"
-_NAMED = 6  # impacts that are named; the others are counted
 
 
 def campaign_map(
@@ -200,7 +199,7 @@ def require_sound(old_map: ForceMap) -> None:
     if against := contradiction(old_map, ToleranceBound()):
         above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
         raise FitError(f"{refused}: {above}, so it does not hold itself")
-    if failed := few([*_above_bound(old_map)], _NAMED):
+    if failed := few([*_above_bound(old_map)]):
         raise FitError(f"{refused}: impacts to confirm it, or at contact points, lie above its bound: {failed}")
     if old.drift and old.drift.significant:
         raise FitError(f"{refused}: its forces drifted while it was measured, so it does not hold itself")

@@ -55,8 +55,8 @@ _WITHIN = 0.25
 which is exact (docs/decisions.md). A choice: less leaves too little to test."""
 
 FEW_SHARED = 0.5
-"""Share of places that several states share, below which the tests between places are no tests at 5 %: with four or
-five such places of 26 a right form was found wrong in 0.20 of campaigns (docs/validity.md)."""
+"""Share of places that several states share, below which the tests between places are no tests at 5 %
+(docs/validity.md). A choice between the plans there that were tried."""
 
 SMALL_FALL = 0.05
 """Share by which a force may fall from one speed to the next at a place without being said; a choice."""

@@ -30,7 +30,6 @@ from forcemap.speeds.quantities import cases_of
 from forcemap.words import assumptions, sentence, sentences, warnings
 
 REPORT_FILE = "report.html"
-_NAMED = 6  # states in a message; the others are counted
 _POINT = "point "  # with which the subject of a contact point's release begins
 _UNCONFIRMED = (FindingKind.NOT_CONFIRMED, FindingKind.NOT_CONFIRMED_YET)
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
@@ -374,7 +373,7 @@ def _campaign(connection: Connection, content: CampaignContent, cell: int, named
     if missing := _confirming_elsewhere(connection, int(found["id"]), cell):
         message = (
             f"impacts that were to confirm this campaign's map were entered for the cell {named} and are not in this "
-            f"folder: {few(missing, _NAMED)}; what they measured counts: put their recordings back and collect them"
+            f"folder: {few(missing)}; what they measured counts: put their recordings back and collect them"
         )
         raise RegisterError(message, file=str(content.folder))
     if at := _measured_since(connection, dict(found)):
