@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import random
 
 import pytest
@@ -26,6 +27,8 @@ GOOD = Released(
     valid_until="2026-03-20",
     conditions=dict.fromkeys(KINDS, "a"),
     areas="chest",
+    campaign=1,
+    measured_from="2026-03-01",
     measured_on="2026-03-01",
     calibrated="2026-01-01",
     calibrated_until="2026-12-31",
@@ -45,10 +48,55 @@ def test_it_is_in_force_where_nothing_speaks_against_it():
     assert kinds_of(facts=[*KNOWN, Fact(DEVICE, "another", time(260), 21)]) == set()
     history = Fact("tool", "b", "2026-02-28T12:00:00.000000Z", 22)  # entered later, of a day before it was measured
     assert kinds_of(facts=[*KNOWN, history]) == set()
+    days = dataclasses.replace(GOOD, measured_on=time(8 * 24)[:10])
+    others, shown = [fact for fact in KNOWN if fact.kind != "tool"], tool("a", 0, 2, GOOD.campaign)
+    for facts in (
+        [tool("b", -4, 1), shown],
+        [tool("b", -4, 1), shown, tool("a", 3, 3, 2), tool("a", 5, 4)],  # another campaign showed it before
+        [tool("b", -4, 1), shown, tool("a", 3, 3, 2), tool("a", 5, 21)],
+        [shown, tool("b", 4, 3), tool("a", 4, 4)],  # put right before the release
+    ):
+        assert kinds_of(days, facts=[*others, *facts]) == set()
+
+
+def tool(value, day, entry, campaign=None):
+    """A fact of the tool, so many days after the first one of the measurements."""
+    since = datetime.date(2026, 3, 1) + datetime.timedelta(days=day)
+    return Fact("tool", value, f"{since}T12:00:00.000000Z", entry, campaign)
 
 
 K = FindingKind
+NINE_DAYS = {"measured_on": time(8 * 24)[:10]}
 ALONE = {
+    "changed and back between the days": (
+        K.RELEASE_CHANGED_WHILE_MEASURED,
+        NINE_DAYS | {"more": [tool("b", 3, 2), tool("a", 5, 3)]},
+    ),
+    "the same, and only now told": (
+        K.RELEASE_CONDITION_CHANGED,
+        NINE_DAYS | {"more": [tool("b", 3, 21), tool("a", 5, 22)]},
+    ),
+    "changed between the days, whatever the campaign shows of its first": (
+        K.RELEASE_CHANGED_WHILE_MEASURED,
+        NINE_DAYS | {"more": [tool("b", -4, 1), tool("a", 0, 2, GOOD.campaign), tool("a", 5, 3)]},
+    ),
+    "the same, told after the release": (
+        K.RELEASE_CHANGED_WHILE_MEASURED,
+        NINE_DAYS | {"more": [tool("b", -4, 1), tool("a", 0, 2, GOOD.campaign), tool("a", 5, 21)]},
+    ),
+    "another campaign shows another between the days": (
+        K.RELEASE_CHANGED_WHILE_MEASURED,
+        NINE_DAYS | {"more": [tool("b", 3, 2, 7), tool("a", 8, 3, GOOD.campaign)]},
+    ),
+    "not known between the days": (
+        K.RELEASE_CONDITION_UNKNOWN,
+        NINE_DAYS | {"more": [tool(None, 3, 2), tool("a", 5, 3)]},
+    ),
+    "the first day not known": (
+        K.RELEASE_CHANGED_WHILE_MEASURED,
+        {"measured_from": None, "more": [tool("b", -4, 1), tool("a", 0, 2)]},
+    ),
+    "calibrated between the days": (K.RELEASE_CALIBRATION_OVER, NINE_DAYS | {"calibrated": "2026-03-02"}),
     "withdrawn, whatever the clock says": (K.RELEASE_WITHDRAWN, {"withdrawals": [Withdrawal("x", time(400), "y")]}),
     "replaced": (K.RELEASE_REPLACED, {"replaced_by": 7}),
     "over": (K.RELEASE_OVER, {"now": "2026-03-21T00:00:00.000000Z"}),
@@ -118,7 +166,8 @@ def random_history(rng):
     facts = [Fact(kind, "a", time(24), 1) for kind in kinds]
     for _ in range(rng.choice((0, 0, 1, 2, 5))):
         entry = rng.choice([number for number in range(2, 41) if number != 20])
-        facts.append(Fact(rng.choice(CONDITIONS[:3]), rng.choice(VALUES), time(225 + rng.randrange(40)), entry))
+        tick, shown = 225 + rng.randrange(40), rng.choice((None, None, GOOD.campaign, 2))
+        facts.append(Fact(rng.choice(CONDITIONS[:3]), rng.choice(VALUES), time(tick), entry, shown))
     conditions = dict.fromkeys(KINDS, "a")
     changes = {"conditions": conditions, "valid_until": rng.choice(("2026-03-11", "2026-03-20", "2026-03-20"))}
     if not some:
@@ -130,6 +179,10 @@ def random_history(rng):
         }
         changes |= {"device_spring": rng.choice(SPRINGS), "area_spring": rng.choice(SPRINGS)}
         changes["valid_until"] = rng.choice(("2026-03-11", "2026-03-20", None))
+    if rng.random() < 0.5:
+        changes["measured_on"] = rng.choice(("2026-03-10", "2026-03-11"))
+        changes["measured_from"] = rng.choice((None, "2026-03-01", "2026-03-09", "2026-03-10"))
+    changes.setdefault("measured_from", changes.get("measured_on", GOOD.measured_on))
     withdrawals = [Withdrawal("x", time(1), "y")] * (rng.random() < 0.1)
     replaced_by = 3 if rng.random() < 0.1 else None
     return dataclasses.replace(GOOD, **changes), facts, withdrawals, replaced_by, time(rng.randrange(236, 300))
@@ -152,25 +205,45 @@ def modelled(release, facts, withdrawn, replaced_by, now):
         return False
     if release.valid_until is None or now[:10] > release.valid_until:
         return False
+    first, last = release.measured_from or "", release.measured_on or ""
     for kind in CONDITIONS:
+        if changed_between(kind, release, facts, first, last):
+            return False
         days = {}  # what was told of each day before the release, the last told at the end
         for number in range(42):
             told = [fact for fact in facts if fact.kind == kind and fact.entry == number]
             if number > release.entry:
-                told = [fact for fact in told if not (release.measured_on and fact.since[:10] < release.measured_on)]
+                told = [fact for fact in told if fact.since[:10] >= first]
                 if any(fact.value is None or fact.value != release.conditions[kind] for fact in told):
                     return False
                 continue
             for day in {fact.since[:10] for fact in told}:
                 days[day] = {fact.value for fact in told if fact.since[:10] == day}
-        if not days or days[max(days)] != {release.conditions[kind]} or None in days[max(days)]:
+        measured = [values for day, values in days.items() if first <= day <= last]
+        if not days or any(values != {release.conditions[kind]} for values in (*measured, days[max(days)])):
+            return False
+        if release.conditions[kind] is None:
             return False
     if None in (release.measured_on, release.calibrated_until, release.device_spring, release.area_spring):
         return False
-    if release.calibrated is not None and release.calibrated > release.measured_on:
+    if release.calibrated is not None and release.calibrated > min(release.measured_on, first or release.measured_on):
         return False
     calibrated = release.measured_on <= release.calibrated_until and release.measured_on <= "2026-03-11"
     return calibrated and release.device_spring >= 0.9 * release.area_spring
+
+
+def changed_between(kind, release, facts, first, last):
+    """Whether a person says of a day after the first and up to the last one that it is other than on the day before,
+    as all but the release's own campaign have it."""
+    held = {}  # the last told of each day
+    for fact in sorted(facts, key=lambda fact: fact.entry):
+        if fact.kind == kind and fact.campaign != release.campaign:
+            held[fact.since[:10]] = fact
+    for day, fact in held.items():
+        earlier = [other for other in held if other < day]
+        if first < day <= last and fact.campaign is None and earlier and held[max(earlier)].value != fact.value:
+            return True
+    return False
 
 
 def test_whatever_the_clock_does_a_cell_that_has_changed_has_none_in_force():

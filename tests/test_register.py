@@ -55,6 +55,7 @@ from web_server import bearer, client_of
 DATABASES = ("sqlite", "postgresql")
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(["forcemap.register.enter", "forcemap.register.schema", "register_folders", "psycopg"])
+FIRST_DAY = "2026-01-20"
 UNTIL = (datetime.date.today() + datetime.timedelta(days=300)).isoformat()
 SHARED = "-c fsync=off -c max_connections=200 -c listen_addresses='' -c shared_buffers=64MB"
 
@@ -178,6 +179,26 @@ def of_another_day(measured, tmp_path_factory):
         edit(folder / "campaign.toml", 'date = "2026-08-01"', 'date = "2026-06-01"')
 
     folder = shutil.copytree(measured, tmp_path_factory.mktemp("day") / "c")
+    return reported(folder, stated_otherwise, "chest")
+
+
+@pytest.fixture(scope="module")
+def of_two_days(measured, tmp_path_factory):
+    """The same, whose first recordings were collected twelve days before the others."""
+
+    def stated_otherwise(folder):
+        for path in (folder / "recordings.csv", folder / "impacts.csv"):
+            path.unlink()
+        recordings = sorted((folder / "recordings").iterdir())
+        later = {path: path.rename(folder / path.name) for path in recordings[len(recordings) // 2 :]}
+        edit(folder / "campaign.toml", f'date = "{DAY}"', f'date = "{FIRST_DAY}"')
+        fm.build_dataset(fm.read_campaign(folder))
+        edit(folder / "campaign.toml", f'date = "{FIRST_DAY}"', f'date = "{DAY}"')
+        for path, moved in later.items():
+            moved.rename(path)
+        fm.build_dataset(fm.read_campaign(folder))
+
+    folder = shutil.copytree(measured, tmp_path_factory.mktemp("days") / "c")
     return reported(folder, stated_otherwise, "chest")
 
 
@@ -567,6 +588,47 @@ def test_campaigns_tell_the_same_in_whatever_order_they_are_entered(order, day, 
 def test_a_day_that_is_stated_otherwise_later_makes_no_calibration_valid(register, of_another_day, asked):
     asked("enter", of_another_day)
     assert "measured on 2026-08-01" in released(asked, of_another_day)
+
+
+BETWEEN = {
+    "changed and changed back": ["firmware=5.12 2026-01-25", "firmware=5.11 2026-01-28"],
+    "changed": ["firmware=5.10 2026-01-10", "firmware=5.11 2026-01-25"],
+    "not known meanwhile": ["firmware=? 2026-01-25", "firmware=5.11 2026-01-28"],
+}
+
+
+@pytest.mark.parametrize("told", ["before entering", "before releasing", "after it"])
+@pytest.mark.parametrize("case", BETWEEN)
+def test_what_changed_while_it_was_measured_ends_a_release(case, told, register, of_two_days, asked):
+    def change_meanwhile():
+        for words in BETWEEN[case]:
+            assert asked("change", "plant/cell-1", "--new", words.split()[0], "--since", words.split()[1])[0] == 0
+
+    if told == "before entering":
+        change_meanwhile()
+    asked("enter", of_two_days)
+    if told == "before releasing":
+        change_meanwhile()
+    answer = released(asked, of_two_days)
+    if told != "after it":
+        assert "nothing is released, it would not be in force: firmware" in answer
+        return
+    assert in_force(asked) == [answer] == [1]
+    change_meanwhile()
+    assert in_force(asked) == []
+
+
+def test_what_was_measured_on_two_days_and_did_not_change_is_in_force(register, of_two_days, folders, asked):
+    change(register, "plant/cell-1", {"firmware": "5.10"}, since="2026-01-10", new=True)
+    asked("enter", of_two_days)
+    change(register, "plant/cell-1", {"firmware": "5.11"}, since="2026-02-02")
+    facts = {fact.kind: fact for fact in cell_state(register, "cell-1")[0].facts}
+    assert (facts["firmware"].value, facts["tool"].since[:10]) == ("5.11", FIRST_DAY)
+    assert released(asked, of_two_days) == 1
+    change(register, "plant/cell-1", {"firmware": "5.09"}, since="2026-01-05")
+    assert in_force(asked) == [1]
+    change(register, "plant/cell-1", {"firmware": "5.09"}, since=FIRST_DAY)
+    assert in_force(asked) == []
 
 
 def test_one_release_of_each_subject_whatever_the_order_of_its_areas(register, of_two_areas, asked):
@@ -1757,7 +1819,7 @@ def test_network_file_systems_are_told_by_what_is_mounted():
 # migrations
 
 
-@pytest.mark.parametrize("schema", ["v1", "v2"])
+@pytest.mark.parametrize("schema", ["v1", "v2", "v3"])
 @pytest.mark.parametrize("database", DATABASES)
 def test_an_earlier_schema_is_migrated_with_its_data_and_triggers(
     database, schema, server_or_none, tmp_path, folders, ask
@@ -1776,10 +1838,16 @@ def test_an_earlier_schema_is_migrated_with_its_data_and_triggers(
     assert (code, answer["error"]["kind"]) == (2, "register")
     assert f"schema {schema}, expected {SCHEMA}" in answer["error"]["message"]
     old = connect(where)
-    before = {n: rows(old, n) for n in METADATA.tables if schema != "v1" or n != "contact_points"}
+    with old.reading() as connection:
+        names = [name for name in METADATA.tables if inspect(connection).has_table(name)]
+        before = {name: [*connection.execute(text(f"select * from {name}")).mappings()] for name in names}
+    assert len(before) == len(METADATA.tables) - (schema == "v1")
     assert all(before.values())
     assert ask("register", "init", "--register", where)[1]["schema_before"] == schema
-    assert {name: rows(old, name) for name in before} == before
+    added = {name: {"measured_from": None} for name in ("campaigns", "releases")}
+    assert {name: rows(old, name) for name in before} == {
+        name: [{**row, **added.get(name, {})} for row in there] for name, there in before.items()
+    }
     assert ask("register", "verify", "--register", where)[1]["problems"] == []
     for name in before:
         with pytest.raises(Exception, match="never changed or deleted"):

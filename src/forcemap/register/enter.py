@@ -262,7 +262,7 @@ def require_cell(connection: Connection, cell: str) -> tuple[int, str]:
 
 def facts_of(connection: Connection, cell: int) -> list[Fact]:
     """What is known of a cell, as it was entered."""
-    columns = (FACTS.c.kind, FACTS.c.value, FACTS.c.since, FACTS.c.entry)
+    columns = (FACTS.c.kind, FACTS.c.value, FACTS.c.since, FACTS.c.entry, FACTS.c.campaign_id)
     return [Fact(*row) for row in connection.execute(select(*columns).where(FACTS.c.cell_id == cell))]
 
 
@@ -324,7 +324,7 @@ def cells_with(connection: Connection, digests: Sequence[str], cell: int | None)
 
 def _add_campaign(action: Action, content: CampaignContent, cell: int | None) -> int:
     conditions = content.campaign.conditions
-    calibrated, until = content.calibration
+    (first, last), (calibrated, until) = content.measured, content.calibration
     number = action.add(
         CAMPAIGNS,
         cell_id=cell,
@@ -334,7 +334,8 @@ def _add_campaign(action: Action, content: CampaignContent, cell: int | None) ->
         binding=one_line(content.binding),
         conditions=json.dumps(content.conditions, ensure_ascii=False),
         device=printable(content.device),
-        measured_on=content.measured_on,
+        measured_from=first,
+        measured_on=last,
         calibrated=calibrated,
         calibrated_until=until,
         device_error_N=float(conditions.device.error_or_default),
@@ -394,21 +395,23 @@ def _known_impacts(connection: Connection, recordings: list[int], cell: int | No
 
 def _add_facts(action: Action, cell: int, campaign: int, content: CampaignContent) -> list[str]:
     """Add what the campaign shows of its cell and the register does not know; what contradicts itself is not known."""
-    day = str(content.measured_on)
-    if day > action.at[:10]:
-        message = f"found {day}, which lies ahead of the clock; enter it when it was measured"
+    days = sorted({str(day) for day in content.measured})
+    if days[-1] > action.at[:10]:
+        message = f"found {days[-1]}, which lies ahead of the clock; enter it when it was measured"
         raise CampaignFileError(message, file=str(content.folder / CAMPAIGN_FILE), column="date")
     facts, added = _Facts.of(action, cell), []
     for kind, value in content.conditions.items():
-        if value is not None and facts.shown(kind, value, day, campaign):
-            known = current(fact for fact in facts.known if fact.since[:10] <= day)[kind].value
+        shown = [value is not None and facts.shown(kind, value, day, campaign) for day in days]
+        if any(shown):
+            known = current(fact for fact in facts.known if fact.since[:10] <= days[-1])[kind].value
             added.append(f"{kind}: {UNKNOWN if known is None else known}")
     return added
 
 
 @dataclass
 class _Facts:
-    """The facts of a cell while some are added, and what its campaigns show: day, number, conditions, by the day."""
+    """The facts of a cell while some are added, and what its campaigns show on their first and their last day: day,
+    number, conditions, by the day."""
 
     action: Action
     cell: int
@@ -417,22 +420,22 @@ class _Facts:
 
     @classmethod
     def of(cls, action: Action, cell: int) -> _Facts:
-        columns = (CAMPAIGNS.c.measured_on, CAMPAIGNS.c.id, CAMPAIGNS.c.conditions)
-        query = select(*columns).where(CAMPAIGNS.c.cell_id == cell).order_by(*columns[:2])
-        campaigns = [(row[0], row[1], json.loads(row[2])) for row in action.connection.execute(query)]
-        return cls(action, cell, facts_of(action.connection, cell), campaigns)
+        columns = (CAMPAIGNS.c.measured_from, CAMPAIGNS.c.measured_on, CAMPAIGNS.c.id, CAMPAIGNS.c.conditions)
+        rows = action.connection.execute(select(*columns).where(CAMPAIGNS.c.cell_id == cell)).all()
+        shown = [(day, row.id, json.loads(row.conditions)) for row in rows for day in {*row[:2]} - {None}]
+        return cls(action, cell, facts_of(action.connection, cell), sorted(shown, key=lambda each: each[:2]))
 
     def add(self, kind: str, value: str | None, since: str, campaign: int | None) -> None:
         """Add a fact, and what the next campaign after it shows: it was not added where nothing had changed."""
-        fact = Fact(kind, value, since, self.action.entry)
+        fact = Fact(kind, value, since, self.action.entry, campaign)
         self.action.add(FACTS, cell_id=self.cell, campaign_id=campaign, kind=kind, since=since, value=value)
         self.known.append(fact)
         day = since[:10]
-        for measured_on, number, conditions in self.campaigns:
+        for measured, number, conditions in self.campaigns:
             # what a person states of a day was found after measuring
-            later = measured_on > day or (measured_on == day and campaign is not None)
+            later = measured > day or (measured == day and campaign is not None)
             if later and (shown := conditions.get(kind)) is not None:
-                self.shown(kind, shown, measured_on, number)
+                self.shown(kind, shown, measured, number)
                 return
 
     def shown(self, kind: str, value: str, day: str, campaign: int) -> bool:

@@ -82,17 +82,12 @@ class CampaignContent:
         return max(device.calibrated for device in devices) or None, min(d.expires for d in devices).isoformat()
 
     @property
-    def measured_on(self) -> str | None:
-        """The latest day of the measurements, as it stood when they were registered; None if none is stated.
-
-        If the calibration did not hold on one of their days, that day.
-        """
+    def measured(self) -> tuple[str | None, str | None]:
+        """First and last day of the measurements, as they stood when they were registered; None if none is stated."""
         used = [entry for entry in self.campaign.entries if entry.use is Use.USED]
         stated = {self.campaign.conditions.date, *(entry.conditions.get(MEASURED_ON, "") for entry in used)}
-        days = sorted(stated - {""})
-        since, until = self.calibration
-        outside = [day for day in days if (since and day < since) or (until and day > until)]
-        return max(outside or days, default=None)
+        days = stated - {""}
+        return min(days, default=None), max(days, default=None)
 
     @property
     def binding(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
@@ -29,12 +30,15 @@ class Fact:
         Time in UTC, as the register keeps it.
     entry : int
         Number of the entry in the audit trail, whose order is that in which facts became known.
+    campaign : int or None
+        The campaign that shows it; None if a person states it.
     """
 
     kind: str
     value: str | None
     since: str
     entry: int
+    campaign: int | None = None
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,12 @@ class Released:
         What it was measured under, by `KINDS`.
     areas : str
         The body areas.
-    measured_on, calibrated, calibrated_until : str or None
-        Dates of the measurements, and from when to when the device's calibration held; `calibrated` may be None.
+    campaign : int
+        Number of the campaign.
+    measured_from, measured_on : str or None
+        First and last day of the measurements; the first is None if it was released before the register kept it.
+    calibrated, calibrated_until : str or None
+        From when to when the device's calibration held; `calibrated` may be None.
     device_spring, area_spring : float or None
         Spring constants [N/m]: of the device, and the stiffest that the body areas ask for.
     """
@@ -64,6 +72,8 @@ class Released:
     valid_until: str | None
     conditions: Mapping[str, str | None]
     areas: str
+    campaign: int
+    measured_from: str | None
     measured_on: str | None
     calibrated: str | None
     calibrated_until: str | None
@@ -141,32 +151,51 @@ def order(fact: Fact) -> tuple[str, int]:
 def _changed(name: str, release: Released, facts: Sequence[Fact]) -> list[Finding]:
     """Why a condition is not the one of the release; empty if it is.
 
-    What was entered before the release counts as it stood then; what was entered after it must be the same, unless it
-    is of a day before the measurements.
+    What was entered before the release counts as it stood then, and on every day of the measurements; what was entered
+    after it must be the same, unless it is of a day before the measurements. A change that a person states of a day
+    between theirs is one, whatever the campaign states: it has one value for all its days.
     """
-    was, measured = release.conditions.get(name), release.measured_on or ""
+    was, first, last = release.conditions.get(name), release.measured_from or "", release.measured_on or ""
     if was is not None and name == DEVICE:
         return []
     ordered = sorted(facts, key=order)
     before = [fact for fact in ordered if fact.entry <= release.entry]
     # of one day and entry all count, in whatever order they were read
-    then = [fact for fact in before if order(fact) == order(before[-1])]
-    since = [fact for fact in ordered if fact.entry > release.entry and fact.since[:10] >= measured]
-    if was is None or not then or any(fact.value is None for fact in (*then, *since)):
+    told = {fact.since[:10]: fact.entry for fact in before}
+    standing = [fact for fact in before if fact.entry == told[fact.since[:10]]]
+    then = [fact for fact in standing if order(fact) == order(before[-1])]
+    during = [fact for fact in standing if first <= fact.since[:10] <= last]
+    since = [fact for fact in ordered if fact.entry > release.entry and fact.since[:10] >= first]
+    if was is None or not then or any(fact.value is None for fact in (*during, *then, *since)):
         return [Finding.of(FindingKind.RELEASE_CONDITION_UNKNOWN, entry=name)]
-    other = next((fact for fact in (*then, *since) if fact.value != was), None)
-    if other is None:
-        return []
-    figures = {"was": was, "now": other.value, "since": other.since[:10], "back": ordered[-1].value == was or None}
-    return [Finding.of(FindingKind.RELEASE_CONDITION_CHANGED, entry=name, **figures)]
+    if other := next((fact for fact in (*then, *since) if fact.value != was), None):
+        figures = {"was": was, "now": other.value, "since": other.since[:10], "back": ordered[-1].value == was or None}
+        return [Finding.of(FindingKind.RELEASE_CONDITION_CHANGED, entry=name, **figures)]
+    others = list({fact.since[:10]: fact for fact in ordered if fact.campaign != release.campaign}.values())
+    changes = [
+        old if old.value != was else new
+        for old, new in pairwise(others)
+        if new.campaign is None and first < new.since[:10] <= last and old.value != new.value
+    ]
+    if other := next((fact for fact in (*during, *changes) if fact.value != was), None):
+        figures = {
+            "was": was,
+            "other": other.value or "not known",
+            "since": other.since[:10],
+            "first": first or None,
+            "last": last,
+        }
+        return [Finding.of(FindingKind.RELEASE_CHANGED_WHILE_MEASURED, entry=name, **figures)]
+    return []
 
 
 def _uncalibrated(release: Released) -> list[Finding]:
     """Why the calibration did not hold when it was measured; empty if it did."""
-    day, until = release.measured_on, release.calibrated_until
-    if not day or not until:
+    last, until, since = release.measured_on, release.calibrated_until, release.calibrated or ""
+    if not last or not until:
         return [Finding.of(FindingKind.RELEASE_CALIBRATION_UNKNOWN)]
-    if (release.calibrated or "") <= day <= until and day <= release.at[:10]:
+    first = release.measured_from or last
+    if since <= first <= last <= min(until, release.at[:10]):
         return []
-    figures = {"measured": day, "calibrated": release.calibrated or "", "until": until}
+    figures = {"measured": first if first < since else last, "calibrated": since, "until": until}
     return [Finding.of(FindingKind.RELEASE_CALIBRATION_OVER, **figures)]

@@ -192,6 +192,8 @@ def released(row: Any) -> Released:
         valid_until=row["valid_until"],
         conditions=json.loads(row["conditions"]),
         areas=row["areas"],
+        campaign=row["campaign_id"],
+        measured_from=row["measured_from"],
         measured_on=row["measured_on"],
         calibrated=row["calibrated"],
         calibrated_until=row["calibrated_until"],
@@ -341,7 +343,7 @@ def _refused_before(connection: Connection, cell: int) -> list[str]:
 def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, Any]:
     """The columns of a release that follow from the campaign."""
     conditions = content.campaign.conditions
-    calibrated, until = content.calibration
+    (first, last), (calibrated, until) = content.measured, content.calibration
     springs = [limit.stiffness for limit, _ in found.limits]
     spring = max(springs) if springs and not any(map(math.isnan, springs)) else None
     dataset = content.dataset
@@ -355,7 +357,8 @@ def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, 
         "map_sha256": found.map_sha256,
         "report_sha256": report,
         "conditions": json.dumps(content.conditions, ensure_ascii=False, sort_keys=True),
-        "measured_on": content.measured_on,
+        "measured_from": first,
+        "measured_on": last,
         "calibrated": calibrated,
         "calibrated_until": until,
         "device_spring_N_per_m": None if math.isnan(conditions.device.stiffness) else conditions.device.stiffness,

@@ -10,7 +10,7 @@ from forcemap.errors import RegisterError
 from forcemap.register.connection import Register, connect
 from forcemap.register.tables import METADATA
 
-SCHEMA = "v3"
+SCHEMA = "v4"
 """The schema of this version: the last of migrations/versions."""
 
 ROLES = {

@@ -216,7 +216,8 @@ def release_states(
 
 def facts_by_cell(connection: Connection, *which: ColumnElement[bool]) -> dict[int, list[Fact]]:
     """Facts by the number of their cell."""
-    query = select(FACTS.c.cell_id, FACTS.c.kind, FACTS.c.value, FACTS.c.since, FACTS.c.entry).where(*which)
+    columns = (FACTS.c.kind, FACTS.c.value, FACTS.c.since, FACTS.c.entry, FACTS.c.campaign_id)
+    query = select(FACTS.c.cell_id, *columns).where(*which)
     found: dict[int, list[Fact]] = {}
     for number, *fact in connection.execute(query).all():  # one after the other takes twice as long
         found.setdefault(number, []).append(Fact(*fact))

@@ -73,11 +73,13 @@ CAMPAIGNS = Table(
     *_figures("device_error_N"),
     *_counts("simulated", "recordings"),
     _entry(),
+    *_maybe("measured_from"),
     UniqueConstraint("sha256", "cell_id", name="campaigns_content"),
     Index("campaigns_cell", "cell_id"),
     Index("campaigns_device", "device"),
 )
-"""A campaign's folder as it was: `sha256` is of all files that its result rests on."""
+"""A campaign's folder as it was: `sha256` is of all files that its result rests on. It was measured from the day
+`measured_from`, null of what was entered before the register kept it, to `measured_on`."""
 
 FACTS = Table(
     "facts",
@@ -166,6 +168,7 @@ RELEASES = Table(
     *_counts("simulated"),
     Column("replaces", BigInteger().with_variant(Integer(), "sqlite"), ForeignKey("releases.id"), nullable=True),
     _entry(),
+    *_maybe("measured_from"),
     UniqueConstraint("replaces", name="releases_replaces"),
     Index("releases_cell", "cell_id"),
     Index("releases_map", "map_sha256"),
