@@ -357,6 +357,42 @@ def test_a_command_for_one_campaign_names_those_of_the_folder(forcemap, own):
     assert (code, "of several maps; name the folder of one campaign" in err) == (2, True)
 
 
+def test_the_page_of_an_atlas_is_verified_with_its_reports(ask, forcemap, own):
+    shutil.move(own / "up", own.parent / "up")
+    assert ask("report", own, "--area", "thigh_muscle")[0] == 0
+    page, toml = own / "atlas.html", own / "down" / "campaign.toml"
+    before = {path: path.read_bytes() for path in (page, toml, own / "in" / "report.html")}
+
+    def found():
+        code, answer = ask("report", "--verify", page, own)
+        assert answer["holds"] == (code == 0)
+        return code, answer["report_intact"], *(answer[name] for name in ("changed", "vanished", "new"))
+
+    assert found() == (0, True, [], [], [])
+    assert forcemap("report", "--verify", page, own)[1].startswith(
+        "Unchanged: the page, its campaigns and their reports"
+    )
+    toml.write_bytes(before[toml] + b"# a remark\n")
+    assert found() == (1, True, ["down"], [], [])
+    assert ask("report", own / "down", "--area", "thigh_muscle")[0] == 0  # a new report, and the page is of the old one
+    assert found() == (1, True, ["down"], [], [])
+    assert "CHANGED since the page was written: campaigns" in forcemap("report", "--verify", page, own)[1]
+    toml.write_bytes(before[toml])
+    assert ask("report", own / "down", "--area", "thigh_muscle")[0] == 0
+    assert found() == (0, True, [], [], [])
+    (own / "in" / "report.html").write_bytes(before[own / "in" / "report.html"].replace(b"m/s", b"m/S", 1))
+    assert found() == (1, True, ["in"], [], [])
+    (own / "in" / "report.html").unlink()
+    assert found() == (1, True, ["in"], [], [])
+    page.write_bytes(before[page].replace(b"PERMITTED", b"permitted", 1))
+    shutil.move(own / "in", own.parent / "in")
+    shutil.copytree(own.parent / "up", own / "up")
+    assert found() == (1, False, [], ["in"], ["up"])
+    page.write_bytes(before[page].replace(b"forcemap-campaigns", b"forcemap-others"))
+    code, answer = ask("report", "--verify", page, own)
+    assert (code, "does not say what it rests on" in answer["error"]["message"]) == (2, True)
+
+
 def test_a_campaign_that_would_be_overlooked_is_refused(forcemap, own):
     """In the command and on the page alike: it may be the one that says what can hit."""
     shutil.move(own / "in", own.parent / "in")
@@ -408,7 +444,28 @@ def test_a_table_of_places_knows_no_offset(forcemap, own):
     for format in ("csv", "urscript", "krl", "safety"):
         code, _, err = forcemap("export", own / "down", "--format", format, "--task", task)
         assert (code, "expected no offset" in err) == (2, True), err
-    assert forcemap("path", own, way(own), "--task", task)[0] in (0, 1)
+    code, said, _ = forcemap("path", own, way(own), "--task", task)
+    assert code in (0, 1)
+    assert "ONLY IF THE TOOL DOES NOT TURN on this path: flange lies beside its point" in " ".join(said.split())
+
+
+def test_a_recording_at_a_point_lies_beside_the_map_that_it_is_held_against(ask, own):
+    """In the folder of another campaign it would count for nothing."""
+    down = own / "down"
+    (down / "points").mkdir()
+    (down / "points" / "P1-1.csv").write_bytes(sorted((own / "in" / "recordings").iterdir())[0].read_bytes())
+    header = (
+        "point_id,contact_site,distance_m,height_m,direction,body_area,contact,body,rests_on,recordings,recorded_at_mps"
+    )
+    row = 'P1,flange,0.7,0.3,"{}",thigh_muscle,transient,free,measurements,points/P1-*,0.2'
+    for direction, refused in (("in", True), ("-1,0,0.05", True), ("down", False), ("out", False)):
+        (down / "contact_points.csv").write_text(f"{header}\n{row.format(direction)}\n")
+        assert ask("collect", down)[0] == 0
+        found, answer = ask("speed", own, "--distance", "0.7", "--height", "0.3", *AREA)
+        assert (found == 2) == refused == ("move the file there from down" in str(answer.get("error"))), answer
+        with client_of(own) as client:
+            page = client.get("/api/together/path", params={"points": "0.72,0,0.36;0.72,0,0.30"})
+        assert (page.status_code == 409) == refused == ("move the file there from down" in page.text), page.text
 
 
 def test_place_says_what_its_best_position_rests_on(ask, own):

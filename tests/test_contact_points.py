@@ -23,6 +23,7 @@ from forcemap.campaigns.not_stated import Matters, not_stated
 from forcemap.campaigns.point_recordings import point_files, register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
 from forcemap.errors import CampaignFileError, TableError
+from forcemap.findings import FindingKind
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
@@ -1018,13 +1019,13 @@ def test_a_robot_that_clamps_at_a_contact_point_has_no_transient_limit_there(cop
         return fm.safe_speed(fm.fit_force_map(dataset), 0.7, 0.3, limit=area, bound=bound, contact=fm.Contact.TRANSIENT)
 
     own = {"rests_on": "measurements", "recordings": "points/P1-*", "recorded_at_mps": "0.2"}
-    of_point(copied_cell, [230.0, 231.0, 232.0])
+    of_point(copied_cell, [130.0, 131.0, 132.0])
     judged(copied_cell, own)
     assert not math.isnan(transient().speed_to_program)
     for path in (copied_cell / "points").glob("P1-*"):
         path.unlink()
     (copied_cell / "point_recordings.csv").unlink()
-    of_point(copied_cell, [230.0, 231.0, 232.0], held=201.0)
+    of_point(copied_cell, [130.0, 131.0, 132.0], held=101.0)
     for direction in ("down", "0, 0, -1"):  # the same in other words
         judged(copied_cell, {**own, "direction": direction})
         assert math.isnan(transient().speed_to_program), direction
@@ -1046,6 +1047,72 @@ def test_what_exceeds_at_the_same_spot_counts_for_every_point_there(copied_cell)
         result, _ = judged(copied_cell, first, {**second, **contact})
         assert result.outcome is PointOutcome.NOT_PERMITTED, contact
         assert "points/Q-1.csv" in said(result)
+    (tilted, _), (other_way, _) = (
+        judged(copied_cell, first, {**second, "direction": direction}) for direction in ("-1,0,-0.05", "-1,0,-0.2")
+    )
+    assert [each.outcome for each in (tilted, other_way)] == [PointOutcome.NOT_PERMITTED, PointOutcome.CONFIRMED]
+    for spoil in (lambda file: file.write_text("x"), Path.unlink):  # what was registered still counts
+        for number in (1, 2, 3):
+            spoil(copied_cell / "points" / f"Q-{number}.csv")
+        assert judged(copied_cell, first, second)[0].outcome is PointOutcome.NOT_PERMITTED
+
+
+MADE = {"rests_on": "measurements", "recordings": "points/P1-*", "recorded_at_mps": "0.25"}
+
+
+def speed_of_the_map(folder, peak, **point):
+    """The speed where an impact of this peak was made at a contact point, and what is said of it."""
+    shutil.rmtree(folder / "points", ignore_errors=True)
+    (folder / "point_recordings.csv").unlink(missing_ok=True)
+    of_point(folder, [peak])
+    write_list(folder, {**POINT, **PLACE, **MADE, **point})
+    force_map = fm.fit_force_map(fm.read_dataset(folder))
+    limit, bound = fm.force_limit("chest"), fm.ToleranceBound(device_error=3.0)
+    found = fm.safe_speed(force_map, 0.7, 0.3, limit=limit, bound=bound, contact=fm.Contact.QUASI_STATIC)
+    upper = float(bound.upper(force_map, 0.7, 0.3, float(point.get("recorded_at_mps", 0.25))))
+    return float(found.speed_to_program), upper, {each.kind for each in (*found.basis.refusals, *found.basis.warnings)}
+
+
+def test_what_was_measured_as_far_off_as_speeds_hold_speaks_against_the_map(copied_cell):
+    """Up to 5 degrees: motion as far off is permitted with a raised bound."""
+    assert not math.isnan(speed_of_the_map(copied_cell, 60.0)[0])
+    for direction, off in (("0.05,0,-1", 2.9), ("0,-0.087,-1", 4.97), ("0.2,0,-1", 11.3)):
+        speed, _, kinds = speed_of_the_map(copied_cell, 500.0, direction=direction)
+        assert math.isnan(speed) == (off < 5), direction
+        assert (FindingKind.POINTS_ABOVE_BOUND in kinds) == (off < 5), direction
+
+
+def test_an_impact_at_a_point_above_the_bound_is_said_and_far_above_refuses(copied_cell):
+    """Below every limit that is asked for: only the bound tells."""
+    _, upper, kinds = speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.2")
+    assert not {FindingKind.POINTS_ABOVE_BOUND, FindingKind.EXCEEDED_WHERE_PERMITTED} & kinds
+    for factor, refuses in ((0.97, None), (1.01, False), (1.4, True)):
+        speed, _, kinds = speed_of_the_map(copied_cell, factor * upper, recorded_at_mps="0.2")
+        assert (FindingKind.POINTS_ABOVE_BOUND in kinds) == (refuses is not None), factor
+        assert math.isnan(speed) == bool(refuses), factor
+    for elsewhere in ({"recorded_at_mps": "3"}, {"distance_m": "0.69", "distance_to_m": "1.4"}):  # not of the map alone
+        said_of = speed_of_the_map(copied_cell, 1.4 * upper, **{"recorded_at_mps": "0.2", **elsewhere})[2]
+        assert FindingKind.POINTS_ABOVE_BOUND not in said_of, elsewhere
+
+
+def test_an_impact_in_a_zone_is_above_the_bound_only_if_it_is_at_every_corner(copied_cell):
+    zone = {"recorded_at_mps": "0.2", "distance_m": "0.55", "distance_to_m": "0.85"}
+    speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.2")
+    force_map, bound = fm.fit_force_map(fm.read_dataset(copied_cell)), fm.ToleranceBound(device_error=3.0)
+    near, far = (float(bound.upper(force_map, d, 0.3, 0.2)) for d in (0.55, 0.85))
+    assert abs(near / far - 1) > 0.05
+    for peak, above in (((near + far) / 2, False), (1.01 * max(near, far), True)):
+        kinds = speed_of_the_map(copied_cell, peak, **zone)[2]
+        assert (FindingKind.POINTS_ABOVE_BOUND in kinds) == above, peak
+
+
+def test_what_speaks_against_a_map_is_said_by_what_reads_it(copied_cell, forcemap):
+    _, upper, _ = speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.2")
+    speed_of_the_map(copied_cell, 1.4 * upper, recorded_at_mps="0.2")
+    state = ("--distance", 0.7, "--height", 0.3, "--speed-mps", 0.2, "--area", "back_of_hand", "--body", "free")
+    for command in (("fit", copied_cell), ("estimate", copied_cell, *state)):
+        code, out, error = forcemap(*command)
+        assert (code, "! THE MAP DOES NOT HOLD WHERE IT WAS MEASURED AT CONTACT POINTS" in out) == (0, True), error
 
 
 def test_a_film_at_the_same_spot_is_held_against_the_limit_of_every_point_there(copied_cell):

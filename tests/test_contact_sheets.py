@@ -104,10 +104,10 @@ def test_the_first_page_names_what_is_not_permitted_and_holds_document_signature
     for name in ("C. Hecker", "Sam Officer", "virtual impact lab"):
         assert name in said
     assert re.search(r"Digest of the \d+ input files ?[0-9a-f]{64}", said)
-    lacking = [each.entry for each in report[0].not_stated if each.matters is Matters.TRACE]
+    lacking = [each.words for each in report[0].not_stated if each.matters is Matters.TRACE]
     assert f"{len(report[0].not_stated)} entries of the protocol; the {len(lacking)} that matter most: " in said
     assert ", ".join(lacking) + " (all: section 2)" in said
-    assert "protocol.robot_serial_number" in said
+    assert "robot serial number" in said
     assert "have passed into ISO 10218-2:2025" in text
 
 

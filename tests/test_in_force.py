@@ -55,6 +55,7 @@ def test_it_is_in_force_where_nothing_speaks_against_it():
         [tool("b", -4, 1), shown, tool("a", 3, 3, 2), tool("a", 5, 4)],  # another campaign showed it before
         [tool("b", -4, 1), shown, tool("a", 3, 3, 2), tool("a", 5, 21)],
         [shown, tool("b", 4, 3), tool("a", 4, 4)],  # put right before the release
+        [tool("b", -4, 1), shown, tool("a", 3, 3), tool("a", 0, 4)],  # stated of a later day, then of the first
     ):
         assert kinds_of(days, facts=[*others, *facts]) == set()
 

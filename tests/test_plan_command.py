@@ -145,7 +145,7 @@ def test_a_plan_says_which_payload_it_expects_and_how_to_plan_anew(ask, tmp_path
     """Planned without one, 0 kg is assumed and said; deleting plan.csv and giving the payload is the printed way."""
     folder, options = tmp_path / "a", (*CELL, "--speeds-mps", "0.15,0.4", *HAND)
     first = ask("plan", folder, *options)[1]
-    (doubt,) = [each for each in first["warnings"] if "there may be no speed" in each]
+    (doubt,) = [each for each in first["warnings"] if "the slowest planned speed may be too fast" in each]
     assert "no payload is stated (--payload-kg" in doubt
     assert "m_L = 0 kg, as no payload is stated), a coarse guess: forces may be 2 times these" in first["expected_from"]
     code, refused = ask("plan", folder, *options, "--payload-kg", 6)

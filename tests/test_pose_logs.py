@@ -126,7 +126,10 @@ def test_commands_read_a_log(capsys, tmp_path, monkeypatch):
         assert one["programmed_speed_mps"] == pytest.approx(other["programmed_speed_mps"])
     capsys.readouterr()
     assert run(["path", "ur10e", "log.csv", *hand]) == 2
-    assert "needs a column map (--column position=X,Y,Z --column length_unit=mm)" in capsys.readouterr().err
+    assert (
+        "needs a column map, in path and export-path (--column position=X,Y,Z --column length_unit=mm)"
+        in capsys.readouterr().err
+    )
     (tmp_path / "other.csv").write_text("X,Y,Z\n800,0,440\n800,0,400\n")
     assert run(["path", "ur10e", "other.csv", *hand]) == 2
     assert "found 'X', 'Y', 'Z', expected x_m, y_m, z_m" in capsys.readouterr().err

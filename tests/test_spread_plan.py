@@ -296,7 +296,7 @@ def test_fewer_states_are_a_choice():
 
 def test_a_limit_is_asked_of_the_slowest_speed_at_every_place():
     plan = fm.plan_measurements(**RANGES, expected_force=UR10E, limit=140.0)
-    (line,) = [line for line in sentences(plan.warnings) if "for 140 N there may be no speed" in line]
+    (line,) = [line for line in sentences(plan.warnings) if "may be too fast for 140 N" in line]
     at = np.unique(states_of(plan)[:, :2], axis=0)
     exceeding = int(np.sum(1.1 * UR10E.predict(at[:, 0], at[:, 1], 0.1) > 140))
     assert 0 < exceeding < 14

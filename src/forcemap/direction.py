@@ -104,11 +104,12 @@ def angle_between(one: FloatArray, other: FloatArray) -> float:
     return float(np.degrees(2 * np.arctan2(np.linalg.norm(one - other), np.linalg.norm(one + other))))
 
 
-def same_direction(one: str, other: str) -> bool:
-    """True if two texts state the same direction, in the same words or as `direction_vector` knows them."""
+def same_direction(one: str, other: str, *, within: float = ON_AXIS) -> bool:
+    """True if two texts state the same direction, in the same words or as `direction_vector` knows them, up to an angle
+    [deg]: what was measured `WIDEST_ANGLE` off speaks against speeds that hold as far off."""
     words = [" ".join(text.lower().split()) for text in (one, other)]
     try:
-        return angle_between(*(direction_vector(text, whose="a campaign") for text in words)) <= ON_AXIS
+        return angle_between(*(direction_vector(text, whose="a campaign") for text in words)) <= within
     except InputError:
         return words[0] == words[1]
 

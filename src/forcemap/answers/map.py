@@ -21,7 +21,7 @@ from forcemap.maps.coefficients import coefficient_intervals
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.speeds.basis import doubts_of_fit
+from forcemap.speeds.basis import against_bound, doubts_of_fit
 
 
 class OverSamples(Answer):
@@ -200,7 +200,7 @@ class FitAnswer(PlaceFigures):
             disagreeing_repeats=dataset.disagreeing_repeats,
             saturation_doubt=saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum())),
             contradictions=dataset.contradictions,
-            doubts=doubts_of_fit(force_map),
+            doubts=(*against_bound(force_map, _bound_of(force_map)), *doubts_of_fit(force_map)),
             measured_states=_states(force_map),
             map_sha256=map_sha256(force_map),
             assumptions=[*force_map.conditions.findings, force_map.phase_two.finding],

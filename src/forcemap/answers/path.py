@@ -295,7 +295,7 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
     kinds, errors = ({getattr(each, name) for each in conditions} for name in ("speed_kind", "speed_error"))
     return {
         "bound": bound,
-        "warnings": [*sentences(atlas.warnings), *warnings(bases)],
+        "warnings": [*sentences((*atlas.warnings, *speeds.matched.beside)), *warnings(bases)],
         "assumptions": list(dict.fromkeys([*assumptions(bases), *notes])),
         "assumptions_by_map": by_map((_map_of(atlas, basis), [*assumptions([basis]), *notes]) for basis in bases),
         "simulated": atlas.simulated,

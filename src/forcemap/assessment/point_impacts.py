@@ -22,7 +22,7 @@ from forcemap.campaigns.recorded_impacts import RecordedImpacts
 from forcemap.campaigns.recordings_table import PRESSURE_FROM, REGISTER_FILE, Entry, Use
 from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
-from forcemap.direction import same_direction
+from forcemap.direction import WIDEST_ANGLE, same_direction
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
@@ -183,17 +183,27 @@ def _own(
         for other in every:
             if other not in points and any(_one_spot(other, point, tolerance) for point in points):
                 there = replace(other, recorded_at=points[0].recorded_at)
+                near = _registered_near(recording, other)
                 impacts = _of_file(there, recording, film, why, doubt)
-                yield other, PASSED_OVER, tuple(i for i in impacts if i.outcome is VerdictOutcome.EXCEEDED)
+                yield other, PASSED_OVER, tuple(i for i in impacts if near or i.outcome is VerdictOutcome.EXCEEDED)
+
+
+def _registered_near(recording: PointRecording, point: ContactPoint) -> bool:
+    """Whether a file that cannot be read any more, or is gone, showed a force near the limit when it was registered."""
+    entry, limit = recording.entry, point.limit
+    if recording.recorded or entry is None or entry.exclude or not limit.permitted:
+        return False
+    forces = (entry.peak_force, entry.raw_peak_force, entry.phase2_force)
+    return any(force > _NEAR * limit.force(Contact.QUASI_STATIC) for force in forces)
 
 
 def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: StateTolerance) -> bool:
-    """Whether two points state the same contact site and direction, and places that meet."""
+    """Whether two points state the same contact site, nearly the same direction, and places that meet."""
     site, near = normalised(one.contact_site), tolerance.place
-    alike = site and site == normalised(other.contact_site) and same_direction(one.direction, other.direction)
+    alike = site and site == normalised(other.contact_site)
     along = one.distance <= other.distance_to + near and other.distance <= one.distance_to + near
     up = one.height <= other.height_to + near and other.height <= one.height_to + near
-    return bool(alike and along and up)
+    return bool(alike and along and up and same_direction(one.direction, other.direction, within=WIDEST_ANGLE))
 
 
 def _made_at(point: ContactPoint) -> tuple[str, ...]:
@@ -261,7 +271,7 @@ def _planned(
 def _hit_alike(point: ContactPoint, conditions: Conditions) -> bool:
     """Whether a point is of the campaign's contact site and direction."""
     site = normalised(point.contact_site) == normalised(conditions.contact_site)
-    return site and same_direction(point.direction, conditions.direction)
+    return site and same_direction(point.direction, conditions.direction, within=WIDEST_ANGLE)
 
 
 def _is_at(point: ContactPoint, place: tuple[float, float], tolerance: StateTolerance) -> bool:

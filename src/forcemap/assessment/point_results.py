@@ -367,7 +367,8 @@ def _measured(
     also = [Finding.of(FindingKind.POINT_FASTER_NOT_COUNTED, low_mps=min(i.speed for i in faster))] if faster else []
     if lacks:
         return _Part(math.nan, tuple(also), lacks=tuple(lacks))
-    speed = min(i.speed if i.own else float(allowance.off(np.array(i.speed))) for i in impacts)
+    # speeds are stated in decimals: 0.235 - 0.01 is 0.225
+    speed = min(i.speed if i.own else round(float(allowance.off(np.array(i.speed))), 9) for i in impacts)
     if speed <= 0:
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_SPEED_MISSING, recording=impacts[0].recording),))
     names = tuple(impact.recording for impact in impacts)

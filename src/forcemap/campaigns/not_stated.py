@@ -37,6 +37,11 @@ class NotStated:
     entry: str
     matters: Matters
 
+    @property
+    def words(self) -> str:
+        """The entry in words for who does not write campaign.toml, such as `document number`."""
+        return self.entry.removeprefix("protocol.").replace(".", " ").replace("_", " ").removesuffix(" N per m")
+
 
 _NEEDED = {
     Matters.TRACE: (

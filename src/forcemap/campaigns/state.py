@@ -297,7 +297,7 @@ def _refuse_wide_states(
             if named := sorted({*filter(None, chained[member].tolist())}):
                 found = f"the states {few(named)}, each as close to the next as repeats are,"
             else:
-                way_out += ", or name them in a state_id column"
+                way_out += "; names (state_id, state= in Python) tell apart only what lies farther apart than that"
             remedy = f"impacts or states that lie closer than this form a chain: {way_out}"
         raise where.error(position, column, f"found {found} {apart}; {remedy}")
 

@@ -26,9 +26,10 @@ from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, listing, table, wrapped
 from forcemap.cli.planned import command_lines
-from forcemap.cli.report import REPORT_FILE, REPORT_LIST, answer_lines, write_report
+from forcemap.cli.report import REPORT_LIST, answer_lines, write_report
 from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table, standard_lines
 from forcemap.files import write_atomically
+from forcemap.report.seal import REPORT_FILE
 from forcemap.words import sentence, sentences
 
 _AREA = "back_of_hand"

@@ -18,6 +18,8 @@ from forcemap.findings import Finding
 from forcemap.limits.body_areas import body_region
 from forcemap.limits.covers import Cover
 from forcemap.limits.estimate import OtherContact, Reading, estimate_force
+from forcemap.maps.bounds import Bound
+from forcemap.speeds.basis import against_bound, doubts_of_fit
 from forcemap.words import sentence
 
 _Source = Annotated[
@@ -48,6 +50,7 @@ class _Read:
     reading: Reading
     source: str
     force_map: fm.ForceMap | None = None
+    bound: Bound | None = None
 
     @property
     def simulated(self) -> bool:
@@ -55,9 +58,12 @@ class _Read:
 
     @property
     def warnings(self) -> list[Finding]:
-        """What must be said first: that the map's table no longer is what was measured."""
-        broken = None if self.force_map is None else self.force_map.binding.refusal
-        return [broken] if broken else []
+        """What must be said first of the map that it is read of."""
+        if self.force_map is None or self.bound is None:
+            return []
+        if broken := self.force_map.binding.refusal:
+            return [broken]
+        return [*against_bound(self.force_map, self.bound), *doubts_of_fit(self.force_map)]
 
 
 def estimate(
@@ -154,7 +160,7 @@ def _read(
     upper = float(bound.upper(force_map, distance, height, speed))
     predicted = float(force_map.predict(distance, height, speed))
     words = f"Phase I, upper bound of {force_map.name}: {bound}; prediction {predicted:.1f} N"
-    return _Read(Reading(upper, spring, speed), words, force_map)
+    return _Read(Reading(upper, spring, speed), words, force_map, bound)
 
 
 def _body_mass(area: str | None, body: Body, stated: float | None) -> float:

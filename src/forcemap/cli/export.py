@@ -461,7 +461,8 @@ def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
     lead = f"{time:.3f} s at their commanded speeds"
     costs = [f"{unbraked:.3f} s without braking ahead of slower pieces"]
     if speeds.path.time is not None:
-        again = "its rows one by one, as each brakes and accelerates for itself: keep the corners alone for that"
+        again = "its rows one by one: keep the corners alone for that"
+        again = again.replace(":", ", as each brakes and accelerates for itself:") if time > unbraked else again
         lead = f"{unbraked:.3f} s as logged{', slowed where too fast' * bool(speeds.too_fast.any())}"
         costs = [f"{time:.3f} s where a program drives {again}"]
     if f"{allowed:.3f}" != f"{unbraked:.3f}":

@@ -22,10 +22,11 @@ from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointResult
 from forcemap.cli.options import Json, TeamRegister, areas_from
 from forcemap.cli.output import Progress, counted, emit, listing, write_result
-from forcemap.cli.report import REPORT_FILE, printable, report_result, write_report
+from forcemap.cli.report import printable, report_result, write_report
 from forcemap.csv_table import csv_cell, csv_text
 from forcemap.errors import few, one_line
 from forcemap.files import file_sha256, stated_date
+from forcemap.report.seal import REPORT_FILE
 from forcemap.sweeps.pool import pool, results
 from forcemap.verdicts.verdict import VerdictOutcome
 from forcemap.words import sentence, sentences

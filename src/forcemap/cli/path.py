@@ -457,10 +457,13 @@ def _beyond(words: str, answer: PathAnswer | PlacesAnswer) -> str:
 
 def _slowed(answer: PathAnswer) -> str:
     """The cycle times of the program slowed down and as it is, where the whole path has both."""
-    *_, program, slowed = answer.cycle_times
-    if program.cycle_time_s is None or slowed.cycle_time_s is None:
+    allowed, *_, program, slowed = (each.cycle_time_s for each in answer.cycle_times)
+    if program is None or slowed is None:
         return ""
-    return f" ({slowed.cycle_time_s:.3f} s so slowed, {program.cycle_time_s:.3f} s as programmed)"
+    need = ""
+    if answer.timed and allowed is not None and slowed < allowed:
+        need = f"; these times need more than the {answer.acceleration_mps2:g} m/s^2 of the allowed speeds' time"
+    return f" ({slowed:.3f} s so slowed, {program:.3f} s as programmed{need})"
 
 
 def _share(length: float, answer: PathAnswer) -> str:

@@ -35,12 +35,12 @@ from forcemap.cli.options import (
 from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.files import read_bytes, write_atomically
 from forcemap.report.permission import BY_MAP_ALONE
+from forcemap.report.seal import REPORT_FILE
 from forcemap.words import sentence, sentences
 
 if TYPE_CHECKING:
     from forcemap.report import Verification
 
-REPORT_FILE = "report.html"
 REPORT_LIST = "report.sha256"
 ATLAS_REPORT = "atlas.html"
 _STEP, _OVERSHOOT = 0.05, 0.01
@@ -85,7 +85,6 @@ def report(
     if verify is not None:
         if pdf or output or area or limit_table or bound_kind or date or form or register:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
-        require_one_map(folder)
         return _verify(verify, folder, as_json=as_json)
     several = several_maps(folder)
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
@@ -189,7 +188,8 @@ def _report_atlas(
         "map_sha256": atlas.sha256,
         "campaigns": {name: report_result(each, [reports[name]]) for name, each in assessments.items()},
     }
-    emit(result, [*lines, f"Written: {', '.join(files)}", *_older_pdf(files)], as_json=as_json)
+    verify = f"Later: forcemap report --verify {target} {source}"
+    emit(result, [*lines, f"Written: {', '.join(files)}", *_older_pdf(files), verify], as_json=as_json)
     return int(any(isinstance(each.points, Missing) for each in assessments.values()))
 
 
@@ -290,8 +290,11 @@ _SEALED = " (or is of an earlier version, without a seal)"
 
 
 def _verify(file: str, folder: str, *, as_json: bool) -> int:
-    from forcemap.report import verify_report
+    from forcemap.report import is_atlas_page, verify_report
 
+    if Path(file).is_file() and is_atlas_page(read_bytes(file)):
+        return _verify_atlas(file, folder, as_json=as_json)
+    require_one_map(folder)
     changes = verify_report(file, folder)
     figures = asdict(changes)
     result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
@@ -318,6 +321,29 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
         lines.append(f"Digest of the input files as they are now: {changes.digest_now}")
     emit(result, lines, as_json=as_json)
     return 0 if changes.holds else 2 if changes.nothing_changed else 1
+
+
+def _verify_atlas(file: str, atlas: str, *, as_json: bool) -> int:
+    """Whether the page of an atlas is of its campaigns and their reports as they are."""
+    from forcemap.report import verify_atlas
+
+    found = verify_atlas(file, atlas)
+    groups = {"Changed": found.changed, "Vanished": found.vanished, "New": found.new}
+    if found.holds:
+        lines = ["Unchanged: the page, its campaigns and their reports are as they were when it was written"]
+    else:
+        what = ["the page"] * (not found.intact) + ["campaigns or their reports"] * any(groups.values())
+        lines = [
+            f"CHANGED since the page was written: {', '.join(what)}; do not go by it, have the reports written anew"
+        ]
+    lines.append(f"Page of {found.date}, written by {found.software}")
+    for title, names in groups.items():
+        lines += listing(title, map(printable, names)) if names else []
+    if found.changed:
+        lines.append("What changed of each: forcemap report --verify, with its report and its folder")
+    figures = asdict(found)
+    emit({"holds": found.holds, "report_intact": figures.pop("intact"), **figures}, lines, as_json=as_json)
+    return 0 if found.holds else 1
 
 
 def _compared(changes: Verification) -> str:

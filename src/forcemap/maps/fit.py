@@ -18,7 +18,7 @@ from forcemap.campaigns.dataset import (
     StateTolerance,
     phase_two_of,
 )
-from forcemap.direction import same_direction
+from forcemap.direction import WIDEST_ANGLE, same_direction
 from forcemap.errors import FitError, RankDeficient
 from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
@@ -209,7 +209,8 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
 
 
 def states_at_points(dataset: ImpactDataset) -> States:
-    """The impacts at contact points alone that were made in the campaign's direction; of another quantity none."""
+    """The impacts at contact points alone that were made as far off the campaign's direction as its speeds hold; of
+    another quantity none."""
     made = _along(dataset) if dataset.quantity is Quantity.FORCE else []
     coordinates = np.array([(each.distance, each.height, each.speed) for each in made])
     return States.single([each.recording for each in made], coordinates, np.array([each.force for each in made]))
@@ -222,7 +223,8 @@ def phase_two_with_points(dataset: ImpactDataset) -> PhaseTwo:
 
 
 def _along(dataset: ImpactDataset) -> list[AtPoint]:
-    return [each for each in dataset.at_points if same_direction(each.direction, dataset.conditions.direction)]
+    own = dataset.conditions.direction
+    return [each for each in dataset.at_points if same_direction(each.direction, own, within=WIDEST_ANGLE)]
 
 
 def effect_of_places(form: Form, states: States) -> PlaceEffect:

@@ -13,9 +13,14 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import CONFIRMING, States
+from forcemap.errors import BoundNotAvailable
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.bounds import Bound
+from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
+
+_NO_CHANCE = 0.999
+"""Share of states below what no impact lies above by chance; a choice: of twenty contact points one in fifty cells
+would."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,48 @@ def confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     slower = int(np.sum(above & conditions.slower_than_map(conditions.as_stated(test.speed)))) or None
     figures = {"slower": slower, "slowest_mps": conditions.slowest if slower else None}
     return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names, **figures) if names else None
+
+
+def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, bool]:
+    """Impacts at contact points above a map's bound at speeds that it holds for; None without any, and whether they
+    refuse it: where one lies above what 999 of 1000 states stay below, the map does not hold there.
+
+    Of a zone an impact must lie above the bound at all corners: it was made somewhere in it.
+    """
+    if force_map.fit is None or not len(made := force_map.fit.at_points):
+        return None, False
+    where, force = (made.distance, made.height, made.slowest), np.fmax(made.highest, made.at_least)
+    names, impact = np.unique(made.name, return_inverse=True)
+    held = force_map.measured_range.contains(*where)
+
+    def shares(of: Bound) -> FloatArray:
+        """Force as a share of a bound, of each impact where that is highest; 0 where the map says nothing."""
+        least = np.full(len(names), np.inf)
+        with np.errstate(all="ignore"):  # beyond the measured range
+            np.minimum.at(least, impact, np.where(held, force / of.upper(force_map, *where), 0.0))
+        return least
+
+    share, conditions = shares(bound), force_map.conditions
+    if not (above := share > 1).any():
+        return None, False
+    try:
+        most = ToleranceBound(content=_NO_CHANCE, device_error=conditions.device.error_or_default)
+        most.require(force_map)
+        refuses = bool((shares(most) > 1).any())
+    except BoundNotAvailable:
+        refuses = True
+    i = int(np.flatnonzero(impact == share.argmax())[0])
+    found = Finding.of(
+        FindingKind.POINTS_ABOVE_BOUND,
+        names=tuple(names[above].tolist()),
+        force_N=float(force[i]),
+        upper_N=float(force[i] / share.max()),
+        distance_m=float(made.distance[i]),
+        height_m=float(made.height[i]),
+        speed_mps=float(conditions.as_stated(made.slowest)[i]),
+        refuses=refuses or None,
+    )
+    return found, refuses
 
 
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:

@@ -16,7 +16,8 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import campaign_folders, is_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, ENTRIES, Conditions, normalised, read_conditions
 from forcemap.campaigns.impacts_table import read_dataset
-from forcemap.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, direction_words
+from forcemap.campaigns.point_list import POINTS_FILE, measured_at_points
+from forcemap.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, direction_words, same_direction
 from forcemap.errors import BoundNotAvailable, CampaignFileError, ForcemapError, InputError
 from forcemap.files import read_bytes, sha256, toml_tables
 from forcemap.findings import Finding, FindingKind
@@ -69,12 +70,15 @@ class AtlasMap:
         Its map; None if none can be fitted.
     error : ForcemapError or None
         Why there is none.
+    folder : Path or None
+        Of the campaign; None of a map file.
     """
 
     name: str
     conditions: Conditions
     force_map: ForceMap | None
     error: ForcemapError | None = None
+    folder: Path | None = None
 
     @cached_property
     def direction(self) -> FloatArray:
@@ -102,7 +106,8 @@ class Atlas:
     ------
     InputError
         No campaign has a map; a campaign states no direction that a motion can be compared with; two are of different
-        robots or safety settings, or of the same contact site, tool and payload in nearly the same direction.
+        robots or safety settings, or of the same contact site, tool and payload in nearly the same direction; a
+        recording at a contact point lies in the folder of another campaign than the map that it is held against.
     """
 
     campaigns: tuple[AtlasMap, ...]
@@ -125,6 +130,24 @@ class Atlas:
                     f"differ by {between:.3g} degrees, expected more than {2 * WIDEST_ANGLE:g}, so that one map holds "
                     "for a motion; keep one of them",
                     file=self.source or None,
+                )
+
+        for one, other in itertools.permutations(self.campaigns, 2):
+            self._require_points_beside_their_map(one, other)
+
+    def _require_points_beside_their_map(self, one: AtlasMap, other: AtlasMap) -> None:
+        """Refuse recordings at contact points in one folder that speak for or against the map of another: a map is held
+        against those of its own folder alone."""
+        its, site = other.conditions, other.loaded.contact_site
+        if one.folder is None or replace(one.loaded, contact_site=site) != other.loaded:
+            return
+        for made in measured_at_points(one.folder, its):
+            if same_direction(made.direction, its.direction, within=WIDEST_ANGLE):
+                raise InputError(
+                    f"{made.recording} was made along {made.direction} at {its.contact_site}, as {other.name} was, and "
+                    f"counts for its map only in its folder: move the file there from {one.name}, with the row of "
+                    f"{POINTS_FILE} that names it, and collect both",
+                    file=str(one.folder / POINTS_FILE),
                 )
 
     def _require_direction(self, campaign: AtlasMap) -> None:
@@ -345,19 +368,20 @@ def read_atlas(path: str | Path, *, map_of: Callable[[Path], ForceMap] | None = 
     InputError
         A campaign's conditions or a map file cannot be read, or the campaigns do not fit together (`Atlas`).
     """
+    root, names = atlas_names(path)
+    return Atlas(tuple(_campaign(root, name, map_of or _map_of_table) for name in names), str(path))
+
+
+def atlas_names(path: str | Path) -> tuple[Path, list[str]]:
+    """The folder of an atlas, and the campaign folders and map files that it names below it; errors as `read_atlas`."""
     root = Path(path)
     if not root.exists():
         raise CampaignFileError("there is no such file or folder", file=str(path))
     file = root / ATLAS_FILE if root.is_dir() else root
-    if file.is_file():
-        names = _named_maps(file)
-    else:
-        names = campaign_folders(root)
-        if not names:
-            raise CampaignFileError(
-                f"found neither {ATLAS_FILE} nor folders with a {CAMPAIGN_FILE} in it", file=str(path)
-            )
-    return Atlas(tuple(_campaign(file.parent, name, map_of or _map_of_table) for name in names), str(path))
+    names = _named_maps(file) if file.is_file() else campaign_folders(root)
+    if not names:
+        raise CampaignFileError(f"found neither {ATLAS_FILE} nor folders with a {CAMPAIGN_FILE} in it", file=str(path))
+    return file.parent, names
 
 
 def is_atlas(path: str | Path) -> bool:
@@ -403,8 +427,8 @@ def _campaign(folder: Path, name: str, map_of: Callable[[Path], ForceMap]) -> At
     try:
         force_map = map_of(root)
     except ForcemapError as error:
-        return AtlasMap(name, conditions, None, error)
-    return AtlasMap(name, force_map.conditions, force_map)
+        return AtlasMap(name, conditions, None, error, root)
+    return AtlasMap(name, force_map.conditions, force_map, folder=root)
 
 
 def _comparable(value: Any) -> Any:

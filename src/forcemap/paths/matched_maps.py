@@ -64,6 +64,12 @@ class MatchedMaps:
         return tuple(site for site in known if any(site not in sites for sites in hitting))
 
     @property
+    def beside(self) -> tuple[Finding, ...]:
+        """That contact sites lie beside the point of the path, whose tool must not turn then; empty if none does."""
+        sites = [need.contact_site for need, offset in self.offsets.items() if offset.any()]
+        return (Finding.of(FindingKind.SITES_BESIDE, sites=", ".join(dict.fromkeys(sites))),) if sites else ()
+
+    @property
     def payloads(self) -> FloatArray:
         """Payload on each piece [kg], shape (n,); NaN if not stated, or where contact is excluded."""
         payloads = [next((need.payload for need in needs), None) for needs in self.needs]

@@ -31,7 +31,10 @@ _TIME, _SPEED = "time_s", "speed_mps"
 _MOTION_OF = {"speed_to_point_mps": "to_point", "speed_from_point_mps": "from_point"}  # whose speed a row states
 _PACE = (_TIME, _SPEED, *_MOTION_OF)  # how fast the path is programmed: one of them
 _OPTIONAL = (*_PACE, "segment")
-_LOG = "a log as a controller writes it needs a column map (--column position=X,Y,Z --column length_unit=mm)"
+_LOG = (
+    "a log as a controller writes it needs a column map, in path and export-path (--column position=X,Y,Z --column "
+    "length_unit=mm)"
+)
 _OTHER_UNIT = re.compile(
     r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?|(speed|velocity)(_\w+)?", re.ASCII
 )

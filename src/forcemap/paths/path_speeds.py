@@ -565,13 +565,14 @@ def _as_programmed(
 ) -> CycleTime:
     """Cycle time of the program, nowhere faster than `most` [m/s]; of a timed path by its own times, waits included.
 
-    A timed piece takes as much longer as its programmed speed exceeds that; what braking before it costs is not known.
+    A timed piece takes the time that its mean speed then takes, at least its own: how fast it is in between, and what
+    braking before it costs, is not known.
     """
     if path.time is None or path.speeds is None:
         return _cycle_time(rule, path, refused, acceleration, np.minimum(programmed, most))
     if refused.all():
         return CycleTime(rule, math.nan, math.nan)
-    lost = path.lengths / path.speeds * (np.maximum(1.0, programmed / most) - 1)
+    lost = path.lengths / path.speeds * (np.maximum(1.0, np.minimum(programmed, path.speeds) / most) - 1)
     last = 0.0 if path.wait is None else float(path.wait[-1])
     time = float((np.diff(path.time) + lost)[~refused].sum()) + last
     return CycleTime(rule, math.nan if refused.any() else time, time)

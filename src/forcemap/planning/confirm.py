@@ -28,6 +28,7 @@ from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
+from forcemap.speeds.basis import unconfirmed
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 
 IMPACTS = 6
@@ -51,6 +52,7 @@ _MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.REACHED_AT_PLACE,
     FindingKind.TEST_STATES_ABOVE,
     FindingKind.EXCEEDED_WHERE_PERMITTED,
+    FindingKind.POINTS_ABOVE_BOUND,
     FindingKind.CONFIRMING_ABOVE_BOUND,
     FindingKind.NONE_CAN_BE_CONFIRMED,
 )
@@ -437,7 +439,9 @@ def confirm_plan(
     pressed = isinstance(limit, ForceLimit) and force_map.other(Quantity.PRESSURE) is not None
     film = [Finding.of(FindingKind.CONFIRM_WITH_FILM)] * pressed
     doubts = _doubts(force_map, plan, states, upper, tolerance)
-    warnings = [*film, *released.basis.warnings, *warnings, *doubts]
+    asked = unconfirmed(released.basis.warnings)  # which is what the impacts are planned for
+    of_speeds = [each for each in released.basis.warnings if each not in asked]
+    warnings = [*film, *of_speeds, *warnings, *doubts]
     most = np.minimum(newtons - conditions.device.error_or_default, upper)
     return ConfirmationPlan(
         plan=replace(plan, warnings=tuple(warnings)),

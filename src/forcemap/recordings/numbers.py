@@ -262,5 +262,6 @@ def refuse_doubtful_decimal(content: bytes, layout: Layout) -> None:
                 doubtful = doubtful or row
         start, row = end, row + 1
     if doubtful:
-        doubt = f"every {sign!r} in a number has three digits behind it: it may be the decimal sign or group thousands"
-        raise RecordingError(f"{doubt}; state decimal in the column map", row=doubtful)
+        doubt = f"every {sign!r} in the columns to be read has three digits behind it: it may group thousands"
+        remedy = f"if it is the decimal sign, state decimal = {sign!r} in the column map"
+        raise RecordingError(f"{doubt}; {remedy}", row=doubtful)

@@ -83,8 +83,11 @@ class CampaignContent:
 
     @property
     def measured(self) -> tuple[str | None, str | None]:
-        """First and last day of the measurements, as they stood when they were registered; None if none is stated."""
-        used = [entry for entry in self.campaign.entries if entry.use is Use.USED]
+        """First and last day of the measurements, at contact points, too, as they stood when they were registered; None
+        if none is stated."""
+        points = self.folder / POINT_REGISTER
+        of_points = read_register(points) if points.exists() else []
+        used = [entry for entry in (*self.campaign.entries, *of_points) if entry.use is Use.USED]
         stated = {self.campaign.conditions.date, *(entry.conditions.get(MEASURED_ON, "") for entry in used)}
         days = stated - {""}
         return min(days, default=None), max(days, default=None)

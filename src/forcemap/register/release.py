@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, func, or_, select
+from sqlalchemy import ColumnElement, Connection, FromClause, case, func, or_, select
 
 import forcemap as fm
 from forcemap.assessment.missing import present
 from forcemap.assessment.point_results import PointOutcome
+from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.state import CONFIRMING
 from forcemap.errors import InputError, NotReleasable, RegisterError, few
 from forcemap.exports.robot_table import require_exportable
@@ -25,13 +26,11 @@ from forcemap.register.enter import cells_with, facts_of, require_cell
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import Released, failed
 from forcemap.register.tables import AUDIT, CAMPAIGNS, IMPACTS, RELEASES, USES, WITHDRAWALS
-from forcemap.speeds.basis import Basis, limit_basis
+from forcemap.speeds.basis import Basis, limit_basis, unconfirmed
 from forcemap.speeds.quantities import cases_of
 from forcemap.words import assumptions, sentence, sentences, warnings
 
-REPORT_FILE = "report.html"
 _POINT = "point "  # with which the subject of a contact point's release begins
-_UNCONFIRMED = (FindingKind.NOT_CONFIRMED, FindingKind.NOT_CONFIRMED_YET)
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
 
 
@@ -122,6 +121,8 @@ def release(
     RegisterError
         The campaign was not entered for this cell, or the database refuses it.
     """
+    from forcemap.report import REPORT_FILE
+
     if bool(point) == bool(limits):
         raise InputError("release: expected body areas with a contact, a task, or a contact point")
     until = stated_date("valid until", valid_until).isoformat()
@@ -203,14 +204,27 @@ def released(row: Any) -> Released:
 
 
 def entered_again(connection: Connection, *which: ColumnElement[bool]) -> dict[int, str]:
-    """When campaigns of releases were entered again after these, for the same cell under the same name."""
+    """When campaigns of releases were entered again after these, for the same cell."""
     later = CAMPAIGNS.alias()
-    same = (later.c.cell_id == CAMPAIGNS.c.cell_id) & (later.c.name == CAMPAIGNS.c.name)
     query = select(RELEASES.c.id, func.max(AUDIT.c.at))
     query = query.join_from(RELEASES, CAMPAIGNS, RELEASES.c.campaign_id == CAMPAIGNS.c.id)
-    query = query.join(later, same & (later.c.entry > RELEASES.c.entry))
+    query = query.join(later, _same_campaign(later) & (later.c.entry > RELEASES.c.entry))
     query = query.join(AUDIT, AUDIT.c.id == later.c.entry).where(*which).group_by(RELEASES.c.id)
     return {row[0]: row[1] for row in connection.execute(query)}
+
+
+def _same_campaign(other: FromClause) -> ColumnElement[bool]:
+    """Whether another content is one of the same campaign: of its cell, and of its name or with a recording of it."""
+    own_uses, own_impacts = USES.alias(), IMPACTS.alias()
+    # + 0: looked up by the impact; databases guess that a campaign has fewer uses than an impact, and read them all
+    own = select(own_uses.c.id).correlate(own_impacts, CAMPAIGNS)
+    own = own.where(own_uses.c.impact_id == own_impacts.c.id, own_uses.c.campaign_id + 0 == CAMPAIGNS.c.id)
+    has = select(own_impacts.c.id).correlate(IMPACTS, CAMPAIGNS)
+    has = has.where(own_impacts.c.recording_id == IMPACTS.c.recording_id, own.exists())
+    shared = select(USES.c.id).join_from(USES, IMPACTS, USES.c.impact_id == IMPACTS.c.id).correlate(other, CAMPAIGNS)
+    shared = shared.where(USES.c.campaign_id == other.c.id, has.exists())
+    same = or_(other.c.name == CAMPAIGNS.c.name, shared.exists())
+    return (other.c.cell_id == CAMPAIGNS.c.cell_id) & same
 
 
 def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Speeds:
@@ -285,7 +299,7 @@ def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, Any]:
 
     That no impacts confirm them is said first, and `confirmed` tells it to programs.
     """
-    confirmed = not any(note.kind in _UNCONFIRMED for basis in bases for note in basis.notes)
+    confirmed = not any(unconfirmed(basis.notes) for basis in bases)
     first = [] if confirmed else [sentence(Finding.of(FindingKind.RELEASED_UNCONFIRMED))]
     impacts = [
         note.figure("impacts") for basis in bases for note in basis.notes if note.kind is FindingKind.CONFIRMED_BY
@@ -373,10 +387,11 @@ def _campaign(connection: Connection, content: CampaignContent, cell: int, named
     if found is None:
         message = f"the campaign as it is now was not entered for the cell {named}; forcemap register enter"
         raise RegisterError(message, file=str(content.folder))
-    if missing := _confirming_elsewhere(connection, int(found["id"]), cell):
+    if missing := _measured_elsewhere(connection, int(found["id"]), cell):
         message = (
-            f"impacts that were to confirm this campaign's map were entered for the cell {named} and are not in this "
-            f"folder: {few(missing)}; what they measured counts: put their recordings back and collect them"
+            f"impacts that were to confirm this campaign's map, or at its contact points, were entered for the cell "
+            f"{named} and are not in this folder: {few(missing)}; what they measured counts: put their recordings back "
+            "and collect them"
         )
         raise RegisterError(message, file=str(content.folder))
     if at := _measured_since(connection, dict(found)):
@@ -388,26 +403,30 @@ def _campaign(connection: Connection, content: CampaignContent, cell: int, named
     return int(found["id"])
 
 
-def _confirming_elsewhere(connection: Connection, campaign: int, cell: int) -> list[str]:
-    """States that were to confirm a campaign's map, entered with other content that shares a recording, not with it."""
-    used = select(USES.c.campaign_id, IMPACTS.c.recording_id, IMPACTS.c.state_id).join_from(
+def _measured_elsewhere(connection: Connection, campaign: int, cell: int) -> list[str]:
+    """States that were to confirm a campaign's map, and files of contact points, that were entered with other content
+    that shares a recording, not with it."""
+    used = select(USES.c.campaign_id, USES.c.file, IMPACTS.c.recording_id, IMPACTS.c.state_id).join_from(
         USES, IMPACTS, USES.c.impact_id == IMPACTS.c.id
     )
     uses = used.subquery()
     own = select(uses.c.recording_id).where(uses.c.campaign_id == campaign)
     of_cell = select(CAMPAIGNS.c.id).where(CAMPAIGNS.c.cell_id == cell)
     related = select(uses.c.campaign_id).where(uses.c.recording_id.in_(own), uses.c.campaign_id.in_(of_cell))
-    query = select(uses.c.state_id).where(uses.c.campaign_id.in_(related), uses.c.recording_id.not_in(own))
-    return sorted(set(connection.execute(query.where(uses.c.state_id.startswith(CONFIRMING))).scalars()))
+    at_point = uses.c.file.startswith(f"{POINTS_FOLDER}/")
+    query = select(case((at_point, uses.c.file), else_=uses.c.state_id))
+    query = query.where(uses.c.campaign_id.in_(related), uses.c.recording_id.not_in(own))
+    return sorted(set(connection.execute(query.where(or_(at_point, uses.c.state_id.startswith(CONFIRMING)))).scalars()))
 
 
 def _measured_since(connection: Connection, campaign: Mapping[str, Any]) -> str | None:
     """When newer content of a campaign was entered for its cell that has further impacts or other conditions."""
-    further = select(IMPACTS.c.id).where(IMPACTS.c.campaign_id == CAMPAIGNS.c.id).exists()
-    newer = [CAMPAIGNS.c[name] == campaign[name] for name in ("cell_id", "name")]
-    other = [CAMPAIGNS.c[name] != campaign[name] for name in ("conditions", "device_error_N")]
-    newer += [CAMPAIGNS.c.entry > campaign["entry"], or_(further, *other)]
-    query = select(func.max(AUDIT.c.at)).join_from(CAMPAIGNS, AUDIT, AUDIT.c.id == CAMPAIGNS.c.entry).where(*newer)
+    newer = CAMPAIGNS.alias()
+    further = select(IMPACTS.c.id).where(IMPACTS.c.campaign_id == newer.c.id).exists()
+    other = [newer.c[name] != campaign[name] for name in ("conditions", "device_error_N")]
+    which = [CAMPAIGNS.c.id == campaign["id"], newer.c.entry > campaign["entry"], or_(further, *other)]
+    query = select(func.max(AUDIT.c.at)).join_from(CAMPAIGNS, newer, _same_campaign(newer))
+    query = query.join(AUDIT, AUDIT.c.id == newer.c.entry).where(*which)
     found: str | None = connection.execute(query).scalar()
     return found
 

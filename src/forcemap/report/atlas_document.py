@@ -9,11 +9,13 @@ from typing import Any
 from markupsafe import Markup
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
+from forcemap.assessment.folder import inputs_sha256
 from forcemap.assessment.missing import Missing
 from forcemap.files import stated_date
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
-from forcemap.paths.atlas import Atlas
+from forcemap.paths.atlas import Atlas, AtlasMap
+from forcemap.report.atlas_verification import campaigns_meta
 from forcemap.report.document import environment
 from forcemap.report.permission import headline, point_permission
 from forcemap.report.seal import seal, seal_tag
@@ -60,6 +62,7 @@ def atlas_html(
         .get_template("atlas.html")
         .render(
             seal_tag=Markup(seal_tag()),
+            campaigns=campaigns_meta({each.name: _rests_on(each, assessments) for each in atlas.campaigns}),
             atlas=atlas,
             c=atlas.conditions,
             rows=rows,
@@ -78,6 +81,13 @@ def atlas_html(
             hashes=[map_sha256(force_map) for force_map in atlas.force_maps],
         )
     )
+
+
+def _rests_on(campaign: AtlasMap, assessments: Mapping[str, CampaignAssessment]) -> str:
+    """The digest of a campaign's inputs, or of a map file the map's; empty without a map."""
+    if assessment := assessments.get(campaign.name):
+        return inputs_sha256(assessment.inputs)
+    return map_sha256(campaign.force_map) if campaign.force_map else ""
 
 
 def _points(assessed: Iterable[tuple[str, CampaignAssessment]], reports: Mapping[str, str]) -> list[dict[str, Any]]:

@@ -33,6 +33,9 @@ MARK = "forcemap-report/1"
 REPORT_MARK = 'name="forcemap-report"'
 """By which a page is known as a report, of a campaign or an atlas."""
 
+REPORT_FILE = "report.html"
+"""The report in a campaign's folder, unless another file is named."""
+
 LIST_ENDING = ".sha256"
 """Of the file beside the page that lists every input with its SHA-256, as sha256sum writes and checks it."""
 
@@ -201,7 +204,7 @@ def read_seal(content: bytes, file: str) -> Sealed:
     except UnicodeDecodeError:
         was = f": a report that was {_ALTERED}" if is_report(content) else ", expected the HTML file of a report"
         raise InputError(f"not a text in UTF-8{was}", file=file) from None
-    meta = _meta(page)
+    meta = page_meta(page)
     if meta.get("forcemap-report") != MARK:
         raise InputError(f"no report of schema {MARK}, expected the HTML file that forcemap report wrote", file=file)
     digest = meta.get("forcemap-inputs-sha256", "")
@@ -211,7 +214,7 @@ def read_seal(content: bytes, file: str) -> Sealed:
         software=meta.get("generator", ""),
         date=meta.get("forcemap-date", ""),
         inputs_sha256=digest,
-        further=tuple(_unquoted(path) for path in meta.get("forcemap-further-inputs", "").split("|") if path),
+        further=tuple(unquoted(path) for path in meta.get("forcemap-further-inputs", "").split("|") if path),
         intact=is_intact(content),
         made_for=MadeFor.read(meta.get("forcemap-limits", "")),
     )
@@ -233,7 +236,7 @@ def is_intact(content: bytes) -> bool:
         page = content.decode("utf-8")
     except UnicodeDecodeError:
         return False
-    own = _meta(page).get(_OWN, "")
+    own = page_meta(page).get(_OWN, "")
     return _sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own
 
 
@@ -244,7 +247,7 @@ def altered(report: str | Path) -> str:
         return ""
     if not is_intact(content):
         return "this report"
-    digest = _meta(content.decode("utf-8")).get("forcemap-inputs-sha256")
+    digest = page_meta(content.decode("utf-8")).get("forcemap-inputs-sha256")
     same = not digest or not beside.exists() or _digest(read_bytes(beside)) == digest
     return "" if same else f"the list of inputs beside this report ({beside.name})"
 
@@ -254,14 +257,15 @@ def _digest(listed: bytes) -> str:
     return inputs_sha256(InputFile(*entry) for entry in _read_list(listed).items())
 
 
-def _meta(page: str) -> dict[str, str]:
+def page_meta(page: str) -> dict[str, str]:
     """The meta entries of the head."""
     reader = _Reader()
     reader.feed(page.partition("</head>")[0])
     return reader.meta
 
 
-def _unquoted(path: str) -> str:
+def unquoted(path: str) -> str:
+    """The path that `quoted` wrote."""
     return os.fsdecode(unquote_to_bytes(path))
 
 
@@ -421,7 +425,7 @@ def _read_list(content: bytes) -> dict[str, str]:
     lines = [_LINE.fullmatch(line) for line in content.decode("ascii", "replace").splitlines()]
     if not all(lines):
         return {}
-    return {_unquoted(line[2]): line[1].replace("-", "") for line in lines if line}
+    return {unquoted(line[2]): line[1].replace("-", "") for line in lines if line}
 
 
 def _line_ends_alone(path: Path, digest: str) -> bool:

@@ -8,7 +8,7 @@ bound (the device's spring, a motion off the map's direction), what must be said
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,7 +29,7 @@ from forcemap.campaigns.dataset import (
     unit_finding,
 )
 from forcemap.direction import RAISED_FROM, RAISED_OFF_AXIS, RAISED_SLOWER, WIDEST_ANGLE, raised_off_axis
-from forcemap.errors import InputError
+from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
@@ -41,6 +41,7 @@ from forcemap.maps.slower_impacts import (
     confirming_above,
     confirming_of,
     cover_slower,
+    points_above,
     slower_impacts,
     upper_of_slower,
 )
@@ -194,34 +195,38 @@ def basis_of(
     confirmed, not_borne_out = _confirmed(force_map, limit, basis.contact, bound)
     raised = basis.raised * off_axis
     exceeded, refuses = (None, None) if weak else _measured_above(force_map, bound, basis.newtons, raised)
-    measured = tuple(filter(None, (slower.refusal, contradicted, refuses)))
+    at_points, refuse = (None, False) if weak else points_above(force_map, bound)
+    measured = tuple(filter(None, (slower.refusal, contradicted, refuses, at_points if refuse else None)))
+    notes = map_notes(force_map, bound, confirmed)
     return replace(
         basis,
         raised=raised,
         slower=slower.raised,
         refusals=basis.refusals or measured,
         warnings=(
-            *([exceeded] if exceeded and (basis.refusals or exceeded not in measured) else []),
+            *(each for each in (exceeded, at_points) if each and (basis.refusals or each not in measured)),
             *filter(None, (not_borne_out, weak or untested_margin(bound, force_map))),
+            *(note for note in notes if note.kind is FindingKind.SLOWER_THAN_RAISED and off_axis > 1),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
             *_clamping_unseen(basis),
+            *([] if basis.refusals or measured else unconfirmed(notes)),
             *basis.conditions.doubts,
             *own_limits_unused(limit, force_map.conditions),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
             *doubts_of_fit(force_map),
         ),
-        notes=(
-            *basis.notes,
-            *(transfer.findings if transfer else ()),
-            direction,
-            *map_notes(force_map, bound, confirmed),
-        ),
-        export_refusal=exceeded or not_borne_out or weak or basis.export_refusal,
+        notes=(*basis.notes, *(transfer.findings if transfer else ()), direction, *notes),
+        export_refusal=exceeded or (at_points if refuse else None) or not_borne_out or weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
     )
+
+
+def unconfirmed(notes: Iterable[Finding]) -> list[Finding]:
+    """That nobody has measured whether a map holds at the speeds that it permits, of what these rest on."""
+    return [note for note in notes if note.kind in (FindingKind.NOT_CONFIRMED, FindingKind.NOT_CONFIRMED_YET)]
 
 
 def _confirmed(
@@ -351,6 +356,16 @@ def _measured_above(
     above = confirming_above(force_map, bound)
     exceeded = exceeded_where_permitted(force_map, bound, newtons, raised) or above
     return exceeded, exceeded if np.ndim(newtons) == 0 else above
+
+
+def against_bound(force_map: ForceMap, bound: Bound) -> tuple[Finding, ...]:
+    """What measurements say against a map with a bound, whatever the limit; none of a bound that it cannot carry."""
+    try:
+        bound.require(force_map)
+    except BoundNotAvailable:
+        return ()
+    found = (contradiction(force_map, bound), confirming_above(force_map, bound), points_above(force_map, bound)[0])
+    return tuple(filter(None, found))
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:

@@ -94,11 +94,11 @@ def together(site: Site) -> tuple[Atlas, Limits]:
     for name, folder in site.folder.campaigns().items():
         try:
             fitted = fitted_campaign(site.folder.campaign(name))
-            campaign = AtlasMap(name, fitted.force_map.conditions, fitted.force_map)
+            campaign = AtlasMap(name, fitted.force_map.conditions, fitted.force_map, folder=folder)
         except fm.ForcemapError as error:
             stated = folder / "campaign.toml"
             conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
-            campaign = AtlasMap(name, conditions, None, error)
+            campaign = AtlasMap(name, conditions, None, error, folder)
         found.append(campaign)
         limits = limits_of(folder, site.table)
         tables[limits.used.sha256] = limits

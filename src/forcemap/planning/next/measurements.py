@@ -566,7 +566,8 @@ def _confirmed(
     refused: tuple[Finding, ...] = ()
     if force_map is not None and limit <= force_map.highest_force - force_map.conditions.device.error_or_default:
         now = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC)
-        measured = (FindingKind.EXCEEDED_WHERE_PERMITTED, FindingKind.CONFIRMING_ABOVE_BOUND)
+        kind = FindingKind
+        measured = (kind.EXCEEDED_WHERE_PERMITTED, kind.POINTS_ABOVE_BOUND, kind.CONFIRMING_ABOVE_BOUND)
         speed, refused = now.speed, tuple(why for why in now.basis.refusals if why.kind in measured)
     has_speed = ~np.isnan(speed)
     if force_map is None:
