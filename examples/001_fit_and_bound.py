@@ -16,7 +16,7 @@ force_map = fm.fit_force_map(dataset)  # the paper's nine coefficients, from the
 for term, coefficient in zip(force_map.form.term_names, force_map.coefficients, strict=True):
     print(f"{term:6s} {coefficient:9.4f}")
 
-accuracy = fm.map_accuracy(force_map, dataset)[0]  # on test states that were not fitted, if there are any
+accuracy = fm.map_accuracy(force_map, dataset)[0]  # on test states that were not fitted, if there are six or more
 print(
     f"{accuracy.states} {accuracy.on}: underestimated by at most {accuracy.max_underestimation_percent:.1f} %, "
     f"overestimated by at most {accuracy.max_overestimation_percent:.1f} %"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import math
 import pkgutil
 
 import pytest
@@ -38,6 +39,29 @@ def campaigns(tmp_path_factory):
 def client(campaigns):
     with client_of(campaigns) as found:
         yield found
+
+
+def test_every_figure_of_a_place_stands_under_its_key(campaigns, ask):
+    """Beside the same places asked for one by one."""
+    folder = campaigns / "ur10e"
+    code, answer = ask("speed-map", folder, "--step-m", "0.1", *AREA, "transient")
+    assert code == 0
+    force_map = fm.fit_force_map(fm.read_dataset(folder))
+    bound = fm.ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+    keys = {"speed_mps": "speed", "speed_to_program_mps": "speed_to_program", "predicted_force_N": "predicted_force"}
+    keys |= {"bound_force_N": "bound_force", "extrapolated_speed_mps": "extrapolated_speed"}
+    keys |= {f"{end}_measured_speed_mps": f"{end}_measured_speed" for end in ("lowest", "highest")}
+    found = set()
+    for place in answer["places"]:
+        where, limit = (place["distance_m"], place["height_m"]), fm.force_limit("back_of_hand")
+        speed = fm.safe_speed(
+            force_map, *where, limit=limit, bound=bound, contact=fm.Contact.TRANSIENT, allowance=fm.Allowance()
+        )
+        found.add(place["outcome"])
+        for key, name in keys.items():
+            expected = float(getattr(speed, name))
+            assert place[key] == (None if math.isnan(expected) else pytest.approx(expected, rel=1e-9)), (where, key)
+    assert len(found) > 1
 
 
 QUESTIONS = {

@@ -369,6 +369,14 @@ def test_the_page_of_an_atlas_is_verified_with_its_reports(ask, forcemap, own):
         return code, answer["report_intact"], *(answer[name] for name in ("changed", "vanished", "new"))
 
     assert found() == (0, True, [], [], [])
+    report = own / "down" / "report.html"
+    of_page = report.read_bytes()
+    for other in (("--area", "chest"), ("--area", "thigh_muscle", "--bound", "margin")):
+        report.unlink()
+        assert ask("report", own / "down", *other)[0] == 0
+        assert found() == (1, True, ["down"], [], []), other
+    report.write_bytes(of_page)
+    assert found() == (0, True, [], [], [])
     assert forcemap("report", "--verify", page, own)[1].startswith(
         "Unchanged: the page, its campaigns and their reports"
     )
@@ -518,3 +526,19 @@ def test_campaigns_that_make_no_atlas_say_why_on_the_page(own):
         assert answer.status_code == 409
         assert "these campaigns make no atlas: robot.model: down states" in answer.text
         assert "make no atlas" in client.get("/together").text
+
+
+def test_the_page_of_an_atlas_with_limits_from_elsewhere_cannot_be_verified_whole(ask, forcemap, own):
+    shutil.move(own / "up", own.parent / "up")
+    table = own.parent / "limits.csv"
+    columns = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+    lines = ["# edition: own", "# source: own", "# version: 1", columns, "thigh_muscle,Thigh,thigh_knee,100,200,2"]
+    table.write_text("\n".join(lines) + "\n")
+    code, answer = ask("report", own, "--area", "thigh_muscle", "--limit-table", table)
+    assert code == 0, answer
+    code, answer = ask("report", "--verify", own / "atlas.html", own)
+    assert (code, answer["holds"], answer["changed"], answer["not_compared"]) == (2, False, [], ["down", "in"])
+    out = " ".join(forcemap("report", "--verify", own / "atlas.html", own)[1].split())
+    assert out.startswith("CANNOT TELL whether all is as when the page was written: down, in rest on a table of limits")
+    (own / "in" / "impacts.csv").write_bytes((own / "in" / "impacts.csv").read_bytes() + b"\n")
+    assert ask("report", "--verify", own / "atlas.html", own)[0] == 1

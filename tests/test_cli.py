@@ -387,7 +387,7 @@ def test_evaluate(ask, example_folders):
 def test_compare(ask, forcemap, example_folders, tmp_path, examples):
     hand = ("compare", example_folders["ur10e"], "--area", "hand_fingers")
     lines = unwrapped_lines(forcemap(*hand)[1])
-    first, second, *doubts = [lines[0], *(line[4:] for line in lines if line.startswith("  ! "))]
+    first, second, *doubts = [*lines[:2], *(line[4:] for line in lines if line.startswith("  ! "))]
     _, found = ask(*hand)
     of_map, standard = found["allowed"][0], found["allowed"][2]
     permitted = forcemap("speed-map", example_folders["ur10e"], *hand[2:], "--contact", "transient")[1]
@@ -399,7 +399,7 @@ def test_compare(ask, forcemap, example_folders, tmp_path, examples):
     assert (of_map["places_with_more"] > 0) == (of_map["highest_speed_mps"] > standard["highest_speed_mps"])
     assert standard["places_with_more"] is None
     assert "SIMULATED" in first
-    assert second.startswith("SIMULATED impacts: ")
+    assert second.startswith("  SIMULATED impacts: ")
     assert [m["model"] for m in found["models"]] == ["CFM_3D", "CFM_2D", "CFM_2D per height", "contact model"]
     assert {"underestimated_share", "most_underestimated"} <= set(found["models"][-1])
     _, free = ask(*hand, "--body", "free")
@@ -503,12 +503,15 @@ def test_demo(ask, forcemap, tmp_path, example):
     np.testing.assert_allclose(dataset.peak_force[whole], published[whole], rtol=0.17)
     summary = (folder / "summary.txt").read_text()
     lines = summary.splitlines()
-    verdict, *doubts = [unwrapped(part) for part in summary.partition("\nback_of_hand")[0].split("\n  ! ")]
+    head, *doubts = [unwrapped(part) for part in summary.partition("\nback_of_hand")[0].split("\n  ! ")]
+    verdict, _, simulated = head.partition(" SIMULATED impacts: ")
     findings = fm.assess_campaign(folder, limits=[fm.force_limit("back_of_hand")]).findings
-    assert verdict.endswith(f"; SIMULATED; first read the {len(findings) + 1} doubts below")
-    assert doubts[0] == "SIMULATED impacts: not a measurement of any robot"
-    assert doubts[1].startswith("SPEED COMMANDED")
-    assert len(doubts) == len(findings) + 1
+    many = "doubt" if len(findings) == 1 else f"{len(findings)} doubts"
+    assert verdict.endswith(f"; SIMULATED; first read the {many} below")
+    assert simulated == "not a measurement of any robot"
+    assert doubts[0].startswith("NOT CONFIRMED") == (example == "ur10e")  # without a speed there is nothing to confirm
+    assert any(doubt.startswith("SPEED COMMANDED") for doubt in doubts)
+    assert len(doubts) == len(findings)
     doubted = fm.FindingKind.FORM_DOUBTED in {each.kind for each in findings}
     assert doubted == (example == "ur10e")  # forces of the lab are of a form of their own
     assert "\nback_of_hand, transient, 280 N: " in summary
@@ -949,7 +952,7 @@ def test_a_form_that_would_do_is_one_that_fits(forcemap, paper_grids, tmp_path):
 def test_evaluate_forms_recommends_nothing_without_a_bound(forcemap, few):
     code, out, err = forcemap("evaluate", few, "--forms")
     assert (code, err) == (2, "")
-    head, _, reasons = out.partition("\n  ! SIMULATED impacts: not a measurement of any robot\n")
+    head, _, reasons = out.partition("\n  SIMULATED impacts: not a measurement of any robot\n")
     assert head == "Recommended: none; SIMULATED"
     assert reasons.startswith("  CFM_3D cannot be fitted (found 6 measured states")
     assert "EUCLIDEAN_2D: terms 1, v, r, r^2 with r = sqrt(d^2 + h^2)" in out

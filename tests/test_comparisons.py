@@ -166,7 +166,7 @@ def test_what_a_table_alone_lacks_is_said_where_it_matters(alone, ask, forcemap)
     found = ask("fit", alone)[1]
     assert (found["spring_stated"], found["test_samples"]) == (False, 45)
     assert [each["outside_states"] for each in found["accuracies"]] == [15, None, None, 15]
-    assert "15 of the 15 states (test states) lie outside the map's measured range by more than repeats differ" in rest
+    assert "outside the map's measured range by more than repeats differ: 15 of 15 (test states)" in rest
     assert "Next: state the device's spring, device.stiffness_N_per_m in campaign.toml" in rest
     other = alone.parent / "other.csv"
     other.write_text(alone.read_text().replace("0.45,", "0.3,"))

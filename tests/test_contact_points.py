@@ -24,6 +24,9 @@ from forcemap.campaigns.point_recordings import point_files, register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
 from forcemap.errors import CampaignFileError, TableError
 from forcemap.findings import FindingKind
+from forcemap.report.permission import point_permissions
+from forcemap.speeds.zone_speeds import zone_speeds
+from forcemap.speeds.zones import Zones
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
@@ -965,6 +968,10 @@ def test_an_impact_that_exceeds_at_the_point_counts_although_only_files_of_its_o
     collect(copied_cell)
     (after,) = judged(copied_cell, own)
     assert after.outcome is PointOutcome.NOT_PERMITTED
+    for spoil in (lambda file, number: save(file, *pulse(50.0, seed=number)), lambda file, _: file.unlink()):
+        for number in (1, 2, 3):  # what was registered still counts
+            spoil(copied_cell / "recordings" / f"d700-h300-v200-r{number}.csv", number)
+        assert judged(copied_cell, own)[0].outcome is PointOutcome.NOT_PERMITTED
 
 
 def test_copies_and_what_was_not_collected_are_no_repeats(copied_cell):
@@ -1051,7 +1058,8 @@ def test_what_exceeds_at_the_same_spot_counts_for_every_point_there(copied_cell)
         judged(copied_cell, first, {**second, "direction": direction}) for direction in ("-1,0,-0.05", "-1,0,-0.2")
     )
     assert [each.outcome for each in (tilted, other_way)] == [PointOutcome.NOT_PERMITTED, PointOutcome.CONFIRMED]
-    for spoil in (lambda file: file.write_text("x"), Path.unlink):  # what was registered still counts
+    overwritten = (lambda file: file.write_text("x"), lambda file: save(file, *pulse(50.0, seed=int(file.stem[-1]))))
+    for spoil in (*overwritten, Path.unlink):  # what was registered still counts
         for number in (1, 2, 3):
             spoil(copied_cell / "points" / f"Q-{number}.csv")
         assert judged(copied_cell, first, second)[0].outcome is PointOutcome.NOT_PERMITTED
@@ -1069,7 +1077,8 @@ def speed_of_the_map(folder, peak, **point):
     force_map = fm.fit_force_map(fm.read_dataset(folder))
     limit, bound = fm.force_limit("chest"), fm.ToleranceBound(device_error=3.0)
     found = fm.safe_speed(force_map, 0.7, 0.3, limit=limit, bound=bound, contact=fm.Contact.QUASI_STATIC)
-    upper = float(bound.upper(force_map, 0.7, 0.3, float(point.get("recorded_at_mps", 0.25))))
+    stated = float(point.get("recorded_at_mps") or 0.25)
+    upper = float(bound.upper(force_map, 0.7, 0.3, max(stated, force_map.measured_range.lowest[2])))
     return float(found.speed_to_program), upper, {each.kind for each in (*found.basis.refusals, *found.basis.warnings)}
 
 
@@ -1090,12 +1099,90 @@ def test_an_impact_at_a_point_above_the_bound_is_said_and_far_above_refuses(copi
         speed, _, kinds = speed_of_the_map(copied_cell, factor * upper, recorded_at_mps="0.2")
         assert (FindingKind.POINTS_ABOVE_BOUND in kinds) == (refuses is not None), factor
         assert math.isnan(speed) == bool(refuses), factor
-    for elsewhere in ({"recorded_at_mps": "3"}, {"distance_m": "0.69", "distance_to_m": "1.4"}):  # not of the map alone
+    for elsewhere in ({"recorded_at_mps": "3"}, {"distance_m": "1.2", "distance_to_m": "1.4"}):  # not of the map
         said_of = speed_of_the_map(copied_cell, 1.4 * upper, **{"recorded_at_mps": "0.2", **elsewhere})[2]
         assert FindingKind.POINTS_ABOVE_BOUND not in said_of, elsewhere
 
 
-def test_an_impact_in_a_zone_is_above_the_bound_only_if_it_is_at_every_corner(copied_cell):
+@pytest.mark.parametrize("recorded_at", ["0.02", ""])
+def test_an_impact_at_a_point_that_is_slower_than_the_map_or_of_no_stated_speed_is_above_it_too(
+    copied_cell, recorded_at
+):
+    """Of what is slower the map's lowest speed has the bound; what is not stated may be slower."""
+    _, upper, kinds = speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.02")
+    assert FindingKind.POINTS_ABOVE_BOUND not in kinds
+    for factor, refuses in ((0.97, False), (1.4, True)):
+        speed, _, kinds = speed_of_the_map(copied_cell, factor * upper, recorded_at_mps=recorded_at)
+        assert (math.isnan(speed), FindingKind.POINTS_ABOVE_BOUND in kinds) == (refuses, refuses), factor
+
+
+def test_an_impact_in_a_zone_that_reaches_beyond_the_map_is_above_it_if_it_is_wherever_the_map_holds(copied_cell):
+    zone = {"recorded_at_mps": "0.2", "distance_to_m": "1.4"}
+    speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.2")
+    force_map, bound = fm.fit_force_map(fm.read_dataset(copied_cell)), fm.ToleranceBound(device_error=3.0)
+    d = np.linspace(0.7, force_map.measured_range.highest[0], 50)
+    highest = float(bound.upper(force_map, d, np.full(50, 0.3), np.full(50, 0.2)).max())
+    for factor, above in ((0.9, False), (1.4, True)):
+        kinds = speed_of_the_map(copied_cell, factor * highest, **zone)[2]
+        assert (FindingKind.POINTS_ABOVE_BOUND in kinds) == above, factor
+
+
+@pytest.mark.parametrize("zone", [{"height_m": "0", "height_to_m": "2"}, {"distance_m": "0.05", "distance_to_m": "3"}])
+def test_a_zone_much_larger_than_the_map_hides_no_impact_in_it(copied_cell, zone):
+    """Wherever in the map it was made, the limit was exceeded where the map permits."""
+    assert not math.isnan(speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.25")[0])
+    speed, _, kinds = speed_of_the_map(copied_cell, 500.0, recorded_at_mps="0.25", **zone)
+    assert math.isnan(speed)
+    assert FindingKind.POINTS_ABOVE_BOUND in kinds
+
+
+@pytest.mark.parametrize("rows", ["moved", "removed"])
+def test_an_impact_that_exceeded_at_a_point_counts_wherever_the_plan_puts_it_afterwards(copied_cell, rows):
+    """Its file there or not: where it was made is registered."""
+    of_point(copied_cell, [200.0, 202.0, 201.0])
+    own = {"rests_on": "measurements", "recordings": "points/P1-*", "recorded_at_mps": "0.3"}
+    for number in (1, 2, 3):
+        save(copied_cell / "recordings" / f"d700-h300-v200-r{number}.csv", *pulse(300.0 + number, seed=number))
+    (copied_cell / "recordings.csv").unlink()
+    collect(copied_cell)
+    assert judged(copied_cell, own)[0].outcome is PointOutcome.NOT_PERMITTED
+    plan = copied_cell / "plan.csv"
+    lines = plan.read_text().splitlines(keepends=True)
+    its = [line for line in lines if "d700-h300-v200" in line]
+    assert its
+    others = [line for line in lines if line not in its]
+    elsewhere = [line.replace(",0.7,0.3,", ",0.6,0.25,") for line in its]
+    assert elsewhere != its
+    plan.write_text("".join([*others, *(elsewhere if rows == "moved" else [])]))
+    assert judged(copied_cell, own)[0].outcome is PointOutcome.NOT_PERMITTED
+    for number in (1, 2, 3):
+        (copied_cell / "recordings" / f"d700-h300-v200-r{number}.csv").unlink()
+    assert judged(copied_cell, own)[0].outcome is PointOutcome.NOT_PERMITTED
+
+
+def test_a_program_between_the_speeds_along_and_off_the_direction_is_said_first(cell, judge, tmp_path):
+    """Both speeds are those of the zone by itself."""
+    place = {**PLACE, "contact": "quasi-static", "body": "constrained"}
+    (found,) = judge(place)
+    force_map = fm.fit_force_map(fm.read_dataset(cell))
+    zone = Zones(*(np.array([x]) for x in (0.7, 0.7, 0.3, 0.3))).grown(0.005)
+    off = zone_speeds(
+        force_map, zone, limit=fm.force_limit("back_of_hand"), bound=fm.ToleranceBound(device_error=3.0),
+        contact=fm.Contact.QUASI_STATIC, angle=5.0,
+    )  # fmt: skip
+    assert found.off_axis == pytest.approx(float(off.speed_to_program[0]), abs=1e-3)
+    assert found.off_axis < found.speed - 0.005
+    between = f"{(found.off_axis + found.speed) / 2:.4f}"
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    for programmed, said_first in ((between, True), (f"{found.off_axis - 0.001:.4f}", False), ("", False)):
+        write_list(folder, {**POINT, **place, "programmed_mps": programmed})
+        assessed = fm.assess_campaign(folder)
+        kinds = {each.kind for each in (*assessed.findings, *assess_points(folder).findings)}
+        assert (FindingKind.POINT_STRAIGHT_ONLY in kinds) == said_first, programmed
+        assert f", {fm.floor_speed(found.off_axis)} m/s up to 5 degrees off" in point_permissions(assessed)[0]
+
+
+def test_an_impact_in_a_zone_is_above_the_bound_only_if_it_is_at_every_place(copied_cell):
     zone = {"recorded_at_mps": "0.2", "distance_m": "0.55", "distance_to_m": "0.85"}
     speed_of_the_map(copied_cell, 60.0, recorded_at_mps="0.2")
     force_map, bound = fm.fit_force_map(fm.read_dataset(copied_cell)), fm.ToleranceBound(device_error=3.0)

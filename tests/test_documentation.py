@@ -221,7 +221,7 @@ def test_what_the_readme_says_of_the_benefit_follows_from_what_it_shows():
     low, most = re.search(r"the map predicts (\d+) to (\d+) N at it", text).groups()
     assert int(low) < 280 < int(most)
     assert f"Up to {most} N where 280 N are allowed" in text
-    here, there = (float(figure) for figure in re.findall(r"(?:best:|m,) (\d\.\d+) s at", text))
+    here, there = (float(figure) for figure in re.findall(r"(?:best:|speeds,) (\d\.\d+) s at", text))
     assert f"takes {100 * (1 - here / there):.0f} % less time" in text
 
 

@@ -273,7 +273,7 @@ def test_what_is_measured_instead_is_named_and_an_edited_table_said_first(forcem
     state = ("--distance", "0.7", "--height", "0.3", "--speed-mps", "0.3")
     code, out, _ = forcemap("estimate", folder, *state, "--payload-change-kg", "2")
     assert code == 0
-    assert "; SIMULATED; first read the 2 doubts" in " ".join(out.split())
+    assert "; SIMULATED; first read the doubt" in " ".join(out.split())
     assert "--transfer map.json" in out
     assert f"compare {folder}" in " ".join(out.split())
     table = folder / "impacts.csv"

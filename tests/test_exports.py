@@ -368,7 +368,10 @@ def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
     assert segments_stopped(table, slow, None) == []
     stopped = segments_stopped(table, fm.Task(segments), None)
     assert stopped == [segment.name for segment in segments if f"- segment {segment.name}:" in warned]
-    for bottom, words in ((0.40, "No segment of the task violates"), (0.10, "segment path: leaves the block")):
+    for bottom, words in (
+        (0.40, "No segment of the task violates"),
+        (0.10, "NO ENTRIES: this path is not permitted**, on path"),
+    ):
         path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, bottom]])
         speeds = fm.path_speeds(fm.published_map("ur10e"), path, slow, bound=fm.FixedMargin(0.10))
         assert words in safety_proposal(table, speeds=speeds)
@@ -412,7 +415,9 @@ def test_a_sheet_for_a_path_without_permission_says_so(table):
     speeds = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
     assert speeds.refused.all()
     assert block_of_path(table, speeds) is None
-    assert "segment path: the map gives no permission on it" in safety_proposal(table, speeds=speeds)
+    sheet = safety_proposal(table, speeds=speeds)
+    assert "NO ENTRIES: this path is not permitted**, on path" in sheet
+    assert "tool speed limit" not in sheet
 
 
 def test_the_strictest_of_several_limits_and_the_gate_hold():
@@ -495,7 +500,18 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     )
     rows = [line.split(",") for line in scaling_csv(unstated, basis).splitlines() if not line.startswith("#")]
     columns = {name: [row[rows[0].index(name)] for row in rows[1:]] for name in ("programmed_speed_mps", "scaling")}
-    assert {*columns["programmed_speed_mps"], *columns["scaling"]} == {""}
+    assert {*columns["programmed_speed_mps"]} == {""}
+    assert {*columns["scaling"]} == {"", "0.00"}  # a piece that is not permitted, and the one before it
+    low = [[0.8, 0, 0.44], [0.8, 0, 0.2], [0.8, 0, 0.05]]  # leaves the measured range
+    refused = fm.path_speeds(
+        ur10e, fm.ToolPath.through(low), one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT), bound=bound
+    )
+    pieces = scaling_result(refused, basis)["pieces"]
+    assert {piece["scaling"] for piece in pieces if not piece["commanded_speed_mps"]} == {0.0}
+    assert {piece["scaling"] for piece in pieces if piece["commanded_speed_mps"]} == {None}
+    sheet = safety_proposal(fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE), speeds=refused)
+    assert "**NO ENTRIES: this path is not permitted**, on path" in sheet
+    assert "tool speed limit" not in sheet
 
 
 def test_the_time_at_commanded_speeds_is_that_of_the_motion():

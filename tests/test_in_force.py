@@ -95,7 +95,11 @@ ALONE = {
     ),
     "the first day not known": (
         K.RELEASE_CHANGED_WHILE_MEASURED,
-        {"measured_from": None, "more": [tool("b", -4, 1), tool("a", 0, 2)]},
+        {"measured_from": None, "calibrated": None, "more": [tool("b", -4, 1), tool("a", 0, 2)]},
+    ),
+    "the first day not known, and calibrated from one on": (
+        K.RELEASE_CALIBRATION_UNKNOWN,
+        {"measured_from": None, "calibrated": "2026-01-01"},
     ),
     "calibrated between the days": (K.RELEASE_CALIBRATION_OVER, NINE_DAYS | {"calibrated": "2026-03-02"}),
     "withdrawn, whatever the clock says": (K.RELEASE_WITHDRAWN, {"withdrawals": [Withdrawal("x", time(400), "y")]}),
@@ -227,7 +231,7 @@ def modelled(release, facts, withdrawn, replaced_by, now):
             return False
     if None in (release.measured_on, release.calibrated_until, release.device_spring, release.area_spring):
         return False
-    if release.calibrated is not None and release.calibrated > min(release.measured_on, first or release.measured_on):
+    if release.calibrated is not None and not release.calibrated <= first <= release.measured_on:
         return False
     calibrated = release.measured_on <= release.calibrated_until and release.measured_on <= "2026-03-11"
     return calibrated and release.device_spring >= 0.9 * release.area_spring

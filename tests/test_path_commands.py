@@ -149,7 +149,7 @@ def test_a_log_without_the_row_of_a_corner_is_told_so_and_not_to_exclude_contact
         assert corner in out
         assert "outside: move the path into the measured range" in out
         assert "contact_possible = false" not in out
-    (tmp_path / "whole.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows.replace('down', 'up', 3)}")
+    (tmp_path / "whole.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows}")
     run(["path", "ur10e", "whole.csv", "--area", "back_of_hand", "--contact", "transient"])
     out = " ".join(capsys.readouterr().out.split())
     assert "contact_possible = false" in out  # of a whole way up it stays the advice
@@ -173,7 +173,40 @@ def test_only_what_points_between_two_motions_may_be_a_corner_without_its_row(ca
     assert run(["path", "ur10e", "log.csv", "--task", "log.toml", "--position-tolerance-m", "0.01"]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert ("if the robot turned there" in out) == (log in ("corner", "misnamed"))
-    assert ("contact_possible = false" in out) == (log not in ("corner", "misnamed"))
+    partly = "only a part of down points another way: do not exclude contact on all of it"
+    assert (partly in out) == (log not in ("corner", "misnamed", "after a refusal"))
+    assert ("contact_possible = false" in out) == (log == "after a refusal")
+
+
+@pytest.mark.parametrize(("apart", "mm"), [(0.04, 0), (0.4, 20)])
+def test_a_log_whose_rows_are_too_far_apart_to_tell_where_it_turned_is_told_so(capsys, tmp_path, apart, mm):
+    """Down by at most 80 mm and up again, 1 m/s^2."""
+    time = np.arange(0.0, 1.21, apart)
+    rows = "".join(f"{t:.3f},0.8,0,{0.36 + 0.08 * abs(t - 0.63) / 0.63:.5f},move\n" for t in time)
+    (tmp_path / "log.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows}")
+    run(["path", "ur10e", "log.csv", *HAND, "--acceleration-mps2", "1"])
+    out = " ".join(capsys.readouterr().out.split())
+    assert ("APART WHERE THE MOTION TURNS" in out) == (mm > 0)
+    for form in ("scaling", "safety"):  # and so is what a robot takes
+        file = tmp_path / f"{apart}-{form}"
+        run(["export-path", "ur10e", "log.csv", *HAND, "--format", form, "-o", str(file)])
+        out = " ".join(capsys.readouterr().out.split())
+        assert ("APART WHERE THE MOTION TURNS" in out) == ("APART WHERE THE MOTION" in file.read_text()) == (mm > 0)
+
+
+@pytest.mark.parametrize(("gap", "told"), [(0.05, False), (3.0, True)])
+def test_a_gap_at_whose_ends_a_log_is_at_the_same_place_is_none_that_stands(capsys, tmp_path, gap, told):
+    """Down, 3 s without a row or with one every 0.05 s, and up again."""
+    down, up = np.linspace(0.44, 0.40, 9), np.linspace(0.40, 0.44, 9)
+    stand = np.full(round(3.0 / gap), 0.40)
+    time = np.cumsum([0.0, *[0.05] * 8, *[gap] * stand.size, *[0.05] * 8])
+    height = [*down, *stand, *up[1:]]
+    rows = "".join(f"{t:.3f},0.8,0,{z:.5f},move\n" for t, z in zip(time, height, strict=True))
+    (tmp_path / "log.csv").write_text(f"time_s,x_m,y_m,z_m,segment\n{rows}")
+    run(["path", "ur10e", "log.csv", *HAND])
+    out = " ".join(capsys.readouterr().out.split())
+    assert ("ROWS ARE 3 s APART WHERE THE MOTION TURNS" in out) == told
+    assert "the file's waits, 3.000 s, are in every row" in out
 
 
 def test_a_log_that_is_slowed_nowhere_takes_what_it_took(capsys, tmp_path):
@@ -459,7 +492,7 @@ def test_a_refusal_within_the_position_tolerance_says_so(capsys, tmp_path):
     (tmp_path / "way.csv").write_text("x_m,y_m,z_m\n0.7,0,0.45\n0.7,0,0.237\n")
     at = ["speed", "ur10e", "--distance", "0.7", "--height", "0.237", *HAND]
     assert run(at) == 0
-    said = "holds at the place itself; lower in what forcemap path and export give: places up to 5 mm beside it"
+    said = "holds at the place itself, straight along the map's direction; lower in what forcemap path and export give"
     assert said in " ".join(capsys.readouterr().out.split())
     assert run(["speed-map", "ur10e", *HAND]) == 0
     assert said in " ".join(capsys.readouterr().out.split())

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import assume, given, strategies as st
 
 import forcemap as fm
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics
@@ -427,6 +427,32 @@ def test_property_a_timed_program_is_never_faster_than_is_assumed(seed, accelera
     fastest = [speed[a : b + 1].max() for a, b in itertools.pairwise(rows)]
     assert (path.fastest_speeds(acceleration) >= np.array(fastest) - 1e-9).all()
     assert (fine.fastest_speeds(acceleration) >= np.array(fastest)[fine.rows] - 1e-9).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.3, 5.0))
+def test_property_a_motion_turns_no_farther_beyond_its_rows_than_is_assumed(seed, acceleration):
+    """To and fro on a line within an acceleration, told by a few rows."""
+    rng = np.random.default_rng(seed)
+    speed = np.cumsum(np.concatenate([[0.1], rng.choice([-acceleration, acceleration], 400) * 0.005]))
+    time = 0.005 * np.arange(401)
+    way = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * 0.005)])
+    rows = np.unique(np.concatenate([[0, 400], rng.choice(401, rng.integers(1, 60))]))
+    rows = rows[np.concatenate([[True], np.abs(np.diff(way[rows])) > 1e-6])]
+    assume(rows.size > 2)
+    path = fm.ToolPath.through(np.column_stack([way[rows], np.zeros((rows.size, 2))]), time=time[rows])
+    beside, apart = path.beside_turns(acceleration, np.ones(len(path), dtype=np.bool_))
+    forward = np.diff(way[rows]) > 0
+    turns = np.flatnonzero(forward[1:] != forward[:-1]) + 1
+    assert (beside > 0) == (turns.size > 0)
+    for row in turns:
+        a, b = rows[row - 1], rows[row + 1]
+        around = way[rows[row - 1 : row + 2]]
+        beyond = np.fmax(way[a : b + 1] - around.max(), around.min() - way[a : b + 1]).max()
+        assert beyond <= beside + 1e-9
+    assert apart == 0 or np.isclose(np.diff(time[rows]), apart).any()
+    fine = path.resampled(0.01).beside_turns(acceleration, np.ones(len(path.resampled(0.01)), dtype=np.bool_))
+    assert fine == pytest.approx((beside, apart))
+    assert path.beside_turns(acceleration, np.zeros(len(path), dtype=np.bool_)) == (0.0, 0.0)
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -779,6 +779,16 @@ def test_days_at_contact_points_are_days_of_the_measurements(tmp_path, measured,
     assert read_content(folder).measured == (DAY, "2026-03-09")
 
 
+def test_a_day_that_is_stated_later_is_not_that_of_what_was_collected_before(tmp_path, measured, forcemap):
+    """Nor is it at contact points once they are collected again."""
+    folder = Path(shutil.copytree(measured, tmp_path / "west"))
+    edit(folder / "campaign.toml", f'date = "{DAY}"', "# no date")
+    add_point(folder, forcemap)
+    edit(folder / "campaign.toml", "# no date", f'date = "{DAY}"')
+    assert forcemap("collect", folder)[0] == 0
+    assert read_content(folder).measured == (None, DAY)
+
+
 def test_a_campaign_of_other_recordings_ends_no_release(register, tmp_path, measured, asked, folders):
     asked("enter", measured)
     assert released(asked, measured) == 1

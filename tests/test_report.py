@@ -179,7 +179,7 @@ def test_missing_entries_are_shown_as_missing(reports):
 def test_saturated_recordings_give_no_speed(reports):
     _, assessment, page = reports("saturated")
     assert [cells[2] for cells in rows(page, "answer")] == ["NO PERMISSION", "NO PERMISSION"]
-    assert "m/s, place by place" not in page
+    assert "m/s, there and between" not in page
     assert rows(page, "verdicts")[0][1:] == ["27 states", "0 states", "0 states", "0 states"]
     assert page.count('<svg class="curve"') == len(assessment.states) == 27
 
@@ -193,9 +193,13 @@ def test_the_first_page_says_what_is_confirmed_and_what_is_not(reports):
     found = assessment.speeds[0]
     at_contact = f"({fm.floor_speed(found.slowest)} to {fm.floor_speed(found.fastest)} m/s at contact)"
     program = f"{fm.floor_speed(found.slowest_to_program)} to {fm.floor_speed(found.fastest_to_program)} m/s to program"
+    off = found.off_axis.speeds.speed_to_program
+    lowest, highest = fm.floor_speed(np.nanmin(off)), fm.floor_speed(np.nanmax(off))
+    off_axis = f"up to 5 degrees off the direction: {lowest} to {highest} m/s at {int((off > 0).sum())} of them"
+    assert highest < fm.floor_speed(found.fastest_to_program)
     assert answers[0][1] == "280 N"
     assert answers[0][2].startswith(f"PERMITTED BY THE MAP at {found.confirmed} of ")
-    assert answers[0][3] == f"{program} {at_contact}, place by place"
+    assert answers[0][3] == f"{program} {at_contact}, there and between {off_axis}"
     assert answers[0][4].startswith("0.263 m/s")
     assert [cells[2] for cells in answers[1:]] == ["NO PERMISSION", "NOT PERMITTED", "NOT PERMITTED"]
     assert [cells[1] for cells in answers[2:]] == ["no contact", "no contact"]
@@ -211,8 +215,8 @@ def test_the_lowest_and_the_highest_speed_hold_where_they_are_said_to(reports):
     np.testing.assert_allclose(at.speed_to_program, [found.slowest_to_program, found.fastest_to_program], rtol=1e-9)
     assert ("but not at each place (section 9)" in text) == assessment.force_map.form_test.misses
     (low, high), speeds = places, [fm.floor_speed(speed) for speed in at.speed_to_program]
-    slow = f"from {speeds[0]} m/s (near distance {low[0]:.2f} m, height {low[1]:.2f} m)"
-    assert f"{slow} to {speeds[1]} m/s (near {high[0]:.2f} m, {high[1]:.2f} m)" in text
+    slow = f"from {speeds[0]} m/s (near distance {low[0]:.3f} m, height {low[1]:.3f} m)"
+    assert f"{slow} to {speeds[1]} m/s (near {high[0]:.3f} m, {high[1]:.3f} m)" in text
 
 
 def test_numbers_are_those_of_the_library(reports):
@@ -231,9 +235,13 @@ def test_numbers_are_those_of_the_library(reports):
         for distance, cell in zip(heads, cells, strict=True):
             place = float(distance), float(height)
             answer = fm.safe_speed(force_map, *place, limit=limit, bound=bound, contact=fm.Contact.TRANSIENT)
+            off = fm.safe_speed(
+                force_map, *place, limit=limit, bound=bound, contact=fm.Contact.TRANSIENT, angle=5.0
+            ).speed_to_program
+            off = "–" if np.isnan(off) else fm.floor_speed(off)
             speed = f"{fm.floor_speed(answer.speed_to_program)}({fm.floor_speed(answer.speed)})"
             outcome = answer.to_program_outcome
-            shown = {"admissible": speed, "capped": f"{speed}capped", "unconfirmed": "nospeed"}
+            shown = {"admissible": f"{speed}{off}", "capped": f"{speed}capped{off}", "unconfirmed": "nospeed"}
             expected = shown.get(outcome, outcome)
             assert cell.replace(" ", "") == expected
             compared += 1

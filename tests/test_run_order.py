@@ -89,7 +89,9 @@ def test_what_cannot_be_told_is_refused(measured):
     with pytest.raises(fm.InputError, match=r"'Messung 7b.csv' without exactly one impact"):
         propose_runs(fm.read_campaign(measured))
     flat.write_text("broken")
-    with pytest.raises(fm.InputError, match=r"'Messung 7b.csv' without exactly one impact.*exclude"):
+    with pytest.raises(
+        fm.InputError, match=r"Messung 7b.csv, found one column, .*state the layout in campaign.toml.*exclude"
+    ):
         propose_runs(fm.read_campaign(measured))
     (measured / "recordings.csv").write_text("file,exclude\nMessung 7b.csv,the guard was open\n")
     assert len(propose_runs(fm.read_campaign(measured))) == 27

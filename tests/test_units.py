@@ -17,7 +17,7 @@ from forcemap.campaigns.units import unit_of_time_finding
 from forcemap.errors import ForcemapError, TableError
 from forcemap.lab.bench import simulate_peaks
 from forcemap.lab.virtual_robot import PRESETS, virtual_robot
-from forcemap.recordings.units import ForceUnit, TimeUnit
+from forcemap.recordings.units import ForceUnit, TimeUnit, remarked_units, stated_unit
 from forcemap.words import sentence
 from pulses import TOML, collect, pulse, register, rows, save, write_campaign
 from real_data import needs_real_data
@@ -335,3 +335,11 @@ def test_every_unit_of_time_reads_as_the_same_seconds_and_is_offered(unit, tmp_p
     rows = (Path(__file__).parents[1] / "docs/campaign_file.md").read_text().splitlines()
     (row,) = [row for row in rows if "`recordings.time_unit`" in row]
     assert f'`"{unit}"`' in row
+
+
+@pytest.mark.parametrize("unit", [unit for unit in ForceUnit if unit is not ForceUnit.COUNTS])
+def test_a_factor_before_any_unit_is_no_unit_that_is_read(unit):
+    for words in (f"Force 10 {unit}", f"Force [100 {unit}]", f"F 10{unit}"):
+        assert not isinstance(stated_unit(words), ForceUnit), words
+        assert stated_unit(words), words
+    assert remarked_units(f"Force unit: 10 {unit}", of_time=False) == [f"10 {unit}"]

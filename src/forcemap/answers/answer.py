@@ -23,15 +23,15 @@ class Answer(BaseModel):
         return cls.model_validate(_Attributes(result, also))
 
     @classmethod
-    def of_columns(cls, *columns: Iterable[Any]) -> list[Self]:
-        """An answer for each row of columns in the order of the keys; arrays among them may be of any shape."""
-        flat = (column.ravel().tolist() if isinstance(column, np.ndarray) else column for column in columns)
-        return [cls.model_validate(row) for row in zip(*flat, strict=True)]
+    def of_columns(cls, **columns: Iterable[Any]) -> list[Self]:
+        """An answer for each row of columns, which are named by the keys; arrays among them may be of any shape."""
+        flat = (column.ravel().tolist() if isinstance(column, np.ndarray) else column for column in columns.values())
+        return [cls.model_validate(dict(zip(columns, row, strict=True))) for row in zip(*flat, strict=True)]
 
     @model_validator(mode="before")
     @classmethod
     def _in_order(cls, result: Any) -> Any:
-        """Take the values of a tuple as being in the order of the keys."""
+        """Take a place that a result has as a tuple as being in the order of the keys."""
         return dict(zip(cls.model_fields, result, strict=True)) if type(result) is tuple else result
 
     def json_text(self) -> str:

@@ -48,7 +48,13 @@ class MassAnswer(Answer):
         """The answer for a map; for its place if it has only one."""
         mass, drives = mass_map.mass, mass_map.mass.drive_inertia
         grid = np.meshgrid(mass_map.distances, mass_map.heights, indexing="ij")
-        places = PlaceMass.of_columns(*grid, mass.value, mass.outcome, robot.stated_postures(mass.positions))
+        places = PlaceMass.of_columns(
+            distance_m=grid[0],
+            height_m=grid[1],
+            effective_mass_kg=mass.value,
+            outcome=mass.outcome,
+            posture=robot.stated_postures(mass.positions),
+        )
         also = {
             **vars(places[0]),
             "places": places,
@@ -125,8 +131,18 @@ class MassComparisonAnswer(Answer):
         explanations = comparison.explanations
         ratios = [{"ratio_lowest": np.nanmin(e.ratio), "ratio_highest": np.nanmax(e.ratio)} for e in explanations]
         by_mass = [Explanation.from_result(e, **of_mass) for e, of_mass in zip(explanations, ratios, strict=True)]
-        columns = comparison.distance, comparison.height, comparison.measured_force, comparison.measured_mass
-        known = (*columns, comparison.postures)
-        said = [PlaceExplanation.of_columns(e.mass.value, e.mass.outcome, e.force, e.ratio) for e in explanations]
-        places = [ComparedPlace.model_validate((*row[:5], row[5:])) for row in zip(*known, *said, strict=True)]
+        said = [
+            PlaceExplanation.of_columns(
+                effective_mass_kg=e.mass.value, outcome=e.mass.outcome, force_N=e.force, ratio=e.ratio
+            )
+            for e in explanations
+        ]
+        places = ComparedPlace.of_columns(
+            distance_m=comparison.distance,
+            height_m=comparison.height,
+            force_N=comparison.measured_force,
+            measured_effective_mass_kg=comparison.measured_mass,
+            posture=comparison.postures,
+            by_mass=zip(*said, strict=True),
+        )
         return cls.from_result(comparison, places=places, by_mass=by_mass)

@@ -20,7 +20,8 @@ class EvaluateAnswer(PlaceFigures):
     """How far a map's predictions are from the forces of a table.
 
     For a fitted map also whether its form fits and whether forces have drifted, and which of the states that it was not
-    fitted to lie above its tolerance bound; else null.
+    fitted to lie above its tolerance bound; else null. Outside its measured range, where some of them may lie, that
+    promises nothing.
     """
 
     map: str
@@ -28,7 +29,9 @@ class EvaluateAnswer(PlaceFigures):
     simulated: bool
     states_found: str
     accuracies: list[AccuracyAnswer]
+    fitted_states: int
     new_states: int
+    new_states_outside: int
     new_states_censored: int
     new_states_above_bound: list[str] | None
     form_test: FormTestAnswer | None
@@ -51,6 +54,10 @@ class EvaluateAnswer(PlaceFigures):
         named: dict[str, Any] = {"map": force_map.source, "form": force_map.form.name, "simulated": dataset.simulated}
         named["states_found"] = dataset.states_found
         named["new_states"] = len(new.states) if len(new) else 0
+        named["fitted_states"] = len(dataset.states) - named["new_states"] if force_map.fit else 0
+        reach = dataset.tolerance.scale
+        outside = ~force_map.measured_range.near(new.states.coordinates, reach) if len(new) else np.zeros(0)
+        named["new_states_outside"] = int(outside.sum())
         named["new_states_censored"] = int(np.sum(new.states.impacts == 0)) if len(new) else 0
         named["new_states_above_bound"] = names_above_bound(force_map, new.states) if len(new) else None
         drift = force_map.fit.drift if force_map.fit else None

@@ -106,8 +106,16 @@ class OtherMapAnswer(Answer):
     def of_map(cls, other: ForceMap) -> Self:
         """The answer for a map among `others`."""
         fit = other.require_fit()
-        figures = (other.quantity.value, other.quantity.unit, len(fit.states), other.without, fit.censored_samples)
-        return cls.model_validate((*figures, other.coefficients, fit.state_sd, margins_of(other)))
+        return cls.from_result(
+            other,
+            quantity=other.quantity.value,
+            unit=other.quantity.unit,
+            states=len(fit.states),
+            impacts_without=other.without,
+            censored_samples=fit.censored_samples,
+            state_sd_percent=fit.state_sd,
+            bound_margin_percent=margins_of(other),
+        )
 
 
 class FitAnswer(PlaceFigures):
@@ -244,6 +252,7 @@ def _states(force_map: ForceMap) -> list[MeasuredState]:
         ("slower", force_map.slower),
     ):
         d, h, v = states.coordinates.T
-        forces = (states.force, states.at_least, force_map.predict(d, h, v))
-        rows += MeasuredState.of_columns(states.name, [role] * len(states), d, h, v, *forces)
+        forces = {"force_N": states.force, "at_least_N": states.at_least, "predicted_N": force_map.predict(d, h, v)}
+        named: dict[str, Any] = {"state_id": states.name, "role": [role] * len(states)}
+        rows += MeasuredState.of_columns(**named, distance_m=d, height_m=h, speed_mps=v, **forces)
     return rows

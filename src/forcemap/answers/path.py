@@ -149,6 +149,7 @@ class AlongAnswer(Answer):
     maps: list[AtlasMapAnswer]
     acceleration_mps2: float
     timed: bool
+    waits_s: float
     contact_excluded: bool
     standard_of: Said
     position_tolerance_m: float
@@ -260,7 +261,13 @@ class PlacesAnswer(AlongAnswer):
         """The answer for positions of a table, multiples of `step`, or of `finer` if these were looked at [m]."""
         closest, best = places.closest_speeds, places.best_speeds
         grid = np.meshgrid(places.distance, places.height, indexing="ij")
-        positions = Position.of_columns(*grid, places.duration, places.standard_duration, places.permitted)
+        positions = Position.of_columns(
+            distance_m=grid[0],
+            height_m=grid[1],
+            cycle_time_s=places.duration,
+            standard_cycle_time_s=places.standard_duration,
+            permitted_share=places.permitted,
+        )
         d, h, _ = places.most_permitted
         return cls.from_result(
             places,
@@ -295,7 +302,7 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
     kinds, errors = ({getattr(each, name) for each in conditions} for name in ("speed_kind", "speed_error"))
     return {
         "bound": bound,
-        "warnings": [*sentences((*atlas.warnings, *speeds.matched.beside)), *warnings(bases)],
+        "warnings": [*sentences((*atlas.warnings, *speeds.doubts)), *warnings(bases)],
         "assumptions": list(dict.fromkeys([*assumptions(bases), *notes])),
         "assumptions_by_map": by_map((_map_of(atlas, basis), [*assumptions([basis]), *notes]) for basis in bases),
         "simulated": atlas.simulated,
@@ -305,6 +312,7 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
         "speed_error": errors.pop() if len(errors) == 1 else math.nan,
         "acceleration_mps2": speeds.acceleration,
         "timed": speeds.path.time is not None,
+        "waits_s": 0.0 if speeds.path.wait is None else float(np.sum(speeds.path.wait)),
         "contact_excluded": any(note.kind is FindingKind.EXCLUDED_BY_TASK for note in speeds.notes),
         "standard_of": speeds.standard_of or "",
         "position_tolerance_m": speeds.allowance.position,
@@ -353,9 +361,22 @@ def _gaps(speeds: PathSpeeds) -> list[GapAnswer]:
 
 def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
     path, points = speeds.path, speeds.path.points.tolist()
-    figures = (path.lengths, speeds.speed, speeds.speed, speeds.contact_speed, speeds.programmed, speeds.too_fast)
-    grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.map_name, speeds.limit)
-    return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
+    return PieceAnswer.of_columns(
+        segment=path.names,
+        from_m=points[:-1],
+        to_m=points[1:],
+        length_m=path.lengths,
+        speed_to_program_mps=speeds.speed,
+        speed_mps=speeds.speed,
+        contact_speed_mps=speeds.contact_speed,
+        programmed_speed_mps=speeds.programmed,
+        too_fast=speeds.too_fast,
+        outcome=speeds.outcome,
+        reason=speeds.reason,
+        governed_by=speeds.governed_by,
+        map_name=speeds.map_name,
+        limit_N=speeds.limit,
+    )
 
 
 def _slowest(speeds: PathSpeeds) -> SlowestAnswer | None:

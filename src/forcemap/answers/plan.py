@@ -141,6 +141,10 @@ class ConfirmAnswer(Answer):
         )
 
 
-def _runs(plan: MeasurementPlan, *upper: FloatArray) -> Sequence[Run]:
-    columns = [column.tolist() for column in (plan.recording, *plan.arrays.values(), *upper)]
-    return (BoundedRun if upper else Run).of_columns(*columns)
+def _runs(plan: MeasurementPlan, upper: FloatArray | None = None) -> Sequence[Run]:
+    columns: dict[str, Any] = {"recording": plan.recording, "state_id": plan.state_id, "repeat": plan.repeat}
+    columns |= {"role": plan.role, "distance_m": plan.distance, "height_m": plan.height, "speed_mps": plan.speed}
+    columns |= {"base_angle_deg": plan.base_angle, "expected_force_N": plan.expected_force}
+    if upper is None:
+        return Run.of_columns(**columns)
+    return BoundedRun.of_columns(**columns, upper_force_N=upper)

@@ -48,5 +48,10 @@ class PlanarArmAnswer(Answer):
             lengths_m=arm.lengths,
             masses_kg=arm.masses,
             standard_effective_mass_kg=arm.standard_effective_mass,
-            places=PlanarPlace.of_columns(*grid, mass_map.mass.value, mass_map.mass.outcome),
+            places=PlanarPlace.of_columns(
+                distance_m=grid[0],
+                height_m=grid[1],
+                effective_mass_kg=mass_map.mass.value,
+                outcome=mass_map.mass.outcome,
+            ),
         )

@@ -11,7 +11,9 @@ import numpy as np
 from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.answer import Answer, Figure, PlaceAndSpeed, Said, if_any, of
 from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.campaigns.dataset import SPEED_NOT_STATED
 from forcemap.campaigns.state import PLACE_SIZE
+from forcemap.direction import WIDEST_ANGLE
 from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import FixedMargin
@@ -65,6 +67,7 @@ class SpeedAnswer(RestsOn):
 
     `measure_next` is where a measurement could turn "unconfirmed" into an answer: a hint, no permission. `at_lowest` is
     null unless the outcome is unconfirmed; `nearest` is empty for a map without states, as a published one.
+    `off_direction_to_program_mps` is the speed to program for motion up to 5 degrees off the map's direction.
     """
 
     outcome: str
@@ -78,6 +81,7 @@ class SpeedAnswer(RestsOn):
     extrapolated_speed_mps: Figure = of("extrapolated_speed")
     bound_force_N: Figure = of("bound_force")
     predicted_force_N: Figure = of("predicted_force")
+    off_direction_to_program_mps: Figure
     margin_10_speed_mps: Figure
     margin_10_outcome: str
     lowest_measured_speed_mps: Figure = of("lowest_measured_speed")
@@ -102,6 +106,7 @@ class SpeedAnswer(RestsOn):
     ) -> Self:
         """The answer for a place, distance and height [m]; `case` are the other arguments of `safe_speed`."""
         speed = safe_speed(force_map, *place, **case)
+        off_direction = safe_speed(force_map, *place, **case | {"angle": WIDEST_ANGLE})
         with_margin = safe_speed(force_map, *place, **case | {"bound": _MARGIN_10})
         coordinates = {"distance_m": place[0], "height_m": place[1]}
         low, high = force_map.measured_range.lowest.tolist(), force_map.measured_range.highest.tolist()
@@ -109,6 +114,7 @@ class SpeedAnswer(RestsOn):
         return cls.from_result(
             speed,
             **coordinates,
+            off_direction_to_program_mps=off_direction.speed_to_program,
             margin_10_speed_mps=with_margin.speed,
             margin_10_outcome=with_margin.outcome,
             measure_next=coordinates | {"speed_mps": speed.extrapolated_speed} if hint else None,
@@ -136,30 +142,38 @@ def _at_lowest(force_map: ForceMap, place: tuple[float, float], speed: SafeSpeed
 
 
 def _nearest(force_map: ForceMap, place: tuple[float, float]) -> list[NearestState]:
-    """The measured states of the place nearest to another, slow to fast."""
-    groups = force_map.fit.measured if force_map.fit else ()
-    rows = [
-        row
-        for states in groups
-        for row in zip(
-            *states.coordinates.T.tolist(),
-            states.name,
-            np.fmax(states.highest, states.at_least).tolist(),
-            (states.at_least > np.nan_to_num(states.highest)).tolist(),
-            strict=True,
+    """The measured states of the place nearest to another, slow to fast; none of a zone, or of a speed not stated."""
+    found: list[NearestState] = []
+    for states in force_map.fit.measured if force_map.fit else ():
+        known = np.array([states.name.count(name) == 1 for name in states.name], dtype=np.bool_)
+        placed = states.select(known & (states.slowest > SPEED_NOT_STATED))
+        found += NearestState.of_columns(
+            distance_m=placed.distance,
+            height_m=placed.height,
+            speed_mps=placed.speed,
+            state_id=placed.name,
+            force_N=np.fmax(placed.highest, placed.at_least),
+            at_least=placed.at_least > np.nan_to_num(placed.highest),
         )
-    ]
-    if not rows:
+    if not found:
         return []
-    nearest = min(rows, key=lambda row: math.dist(row[:2], place))
-    here = [row for row in rows if math.dist(row[:2], nearest[:2]) <= PLACE_SIZE]
-    return [NearestState.model_validate(row) for row in sorted(here, key=lambda row: row[2])]
+    places = [(each.distance_m, each.height_m) for each in found]
+    nearest = min(places, key=lambda other: math.dist(other, place))
+    here = [each for each, other in zip(found, places, strict=True) if math.dist(other, nearest) <= PLACE_SIZE]
+    return sorted(here, key=lambda each: each.speed_mps)
 
 
 def _of_quantities(speed: SafeSpeed) -> list[QuantityAnswer] | None:
     """What each quantity allows by itself; None where the force alone counts."""
-    rows = [
-        (each.value, each.unit, of.limit, of.outcome, of.speed, of.predicted_force, of.bound_force)
+    return [
+        QuantityAnswer(
+            quantity=each.value,
+            unit=each.unit,
+            limit=of.limit,
+            outcome=of.outcome,
+            speed_mps=of.speed,
+            predicted=of.predicted_force,
+            bound=of.bound_force,
+        )
         for each, of in speed.of_quantities.items()
-    ]
-    return [QuantityAnswer.model_validate(row) for row in rows] or None
+    ] or None

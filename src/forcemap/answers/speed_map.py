@@ -54,6 +54,8 @@ class StandardAnswer(Answer):
     highest_speed_of_map_mps: Figure = of("fastest")
     lowest_predicted_force_N: Figure = of("lowest_predicted")
     highest_predicted_force_N: Figure = of("highest_predicted")
+    moving_mass_kg: float = of("moving_mass")
+    payload_kg: float = of("payload")
 
     @property
     def lines(self) -> list[str]:
@@ -67,7 +69,8 @@ class StandardAnswer(Answer):
         if low is not None and high is not None:
             forces = f"the map predicts {low:.0f} to {high:.0f} N at it"
         speed = f"{floor_speed(self.speed_mps)} m/s everywhere"
-        lines = [f"the standard's contact model: {speed}, confirmed by no measurement; {forces}"]
+        masses = f"moving mass {self.moving_mass_kg:g} kg, payload {self.payload_kg:g} kg, body part held in place"
+        lines = [f"the standard's contact model: {speed} ({masses}), confirmed by no measurement; {forces}"]
         if fastest is None:
             return lines
         more = self.places_with_more
@@ -99,17 +102,23 @@ class SpeedMapAnswer(RestsOn):
     ) -> Self:
         """The answer for a speed map."""
         result = speeds.speeds
-        figures = (result.outcome, result.reason, result.speed, result.extrapolated_speed)
-        measured = (
-            result.lowest_measured_speed,
-            result.highest_measured_speed,
-            result.predicted_force,
-            result.bound_force,
+        distance, height = np.meshgrid(speeds.distance, speeds.height, indexing="ij")
+        places = PlaceAnswer.of_columns(
+            distance_m=distance,
+            height_m=height,
+            outcome=result.outcome,
+            reason=result.reason,
+            speed_mps=result.speed,
+            extrapolated_speed_mps=result.extrapolated_speed,
+            lowest_measured_speed_mps=result.lowest_measured_speed,
+            highest_measured_speed_mps=result.highest_measured_speed,
+            predicted_force_N=result.predicted_force,
+            bound_force_N=result.bound_force,
+            speed_to_program_mps=result.speed_to_program,
+            to_program_outcome=result.to_program_outcome,
+            to_program_reason=result.to_program_reason,
+            governed_by=np.broadcast_to(np.asarray(result.governed_by, dtype=object), np.shape(result.speed)),
         )
-        grid = np.meshgrid(speeds.distance, speeds.height, indexing="ij")
-        governing = np.broadcast_to(np.asarray(result.governed_by, dtype=object), np.shape(result.speed))
-        program = (result.speed_to_program, result.to_program_outcome, result.to_program_reason, governing)
-        places = PlaceAnswer.of_columns(*grid, *figures, *measured, *program)
         best = max(places, key=lambda place: (place.speed_mps or 0.0, place.outcome == SpeedOutcome.UNCONFIRMED))
         quick = max(
             places, key=lambda place: (place.speed_to_program_mps or 0.0, place.speed_mps or 0.0, place is best)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -39,6 +39,7 @@ from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, campaign_summary
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import Comparison, compare_force_models
+from forcemap.direction import ON_AXIS, WIDEST_ANGLE
 from forcemap.errors import CampaignFileError, InputError, UnknownName
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable, standard_limit_table
@@ -52,7 +53,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
 from forcemap.planning.confirm import ConfirmationResult
 from forcemap.speeds.allowance import Allowance
-from forcemap.speeds.basis import doubts_of_fit
+from forcemap.speeds.basis import doubts_of_fit, unconfirmed
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
 
 
@@ -211,24 +212,24 @@ def assess_campaign(
     fitted = _fitted(
         stated.folder, records, dataset, form, bound or ToleranceBound(device_error=conditions.device.error_or_default)
     )
-    force_map, carried = fitted.force_map, fitted.bound
+    force_map, carried, robot = fitted.force_map, fitted.bound, allowance or Allowance()
     scatter = attempt(lambda: repeatability(present(dataset)))
-    models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
-    cases = tuple(zip(stated.limits, models, strict=True))
-    robot = allowance or Allowance()
+    cases = tuple((limit, attempt(partial(contact_model, conditions, limit.name))) for limit in stated.limits)
 
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
         known = conditions if isinstance(dataset, Missing) else dataset
-        plan = None if isinstance(records, Missing) else records.plan
-        rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step, "allowance": robot}
+        rest: dict[str, Any] = {"measured": known, "model": model, "step": step, "allowance": robot}
+        rest["plan"] = None if isinstance(records, Missing) else records.plan
         told = None if isinstance(carried, Missing) else fitted.confirmed(limit, contact, carried)
         return place_speeds(limit, contact, force_map, carried, confirmation=told, **rest)
 
+    speeds = tuple(speeds_of(*case, contact) for case in cases for contact in Contact)
+    points = attempt(lambda: _points(stated, measured, records, fitted, robot))
     return CampaignAssessment(
         name=stated.folder.resolve().name,
         software=f"forcemap {__version__}",
         inputs=stated.inputs,
-        findings=(*fitted.weakness, *stated.findings, *measured.findings, *fitted.doubts),
+        findings=_findings(stated, measured, fitted, speeds, points),
         conditions=conditions,
         campaign=records,
         simulated=measured.simulated,
@@ -243,11 +244,11 @@ def assess_campaign(
         coefficients=attempt(lambda: coefficient_intervals(present(force_map))),
         accuracy=attempt(lambda: map_accuracy(present(force_map), present(dataset))),
         bound=carried,
-        speeds=tuple(speeds_of(*case, contact) for case in cases for contact in Contact),
+        speeds=speeds,
         map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
-        contact_models=models,
+        contact_models=tuple(model for _, model in cases),
         comparisons=tuple(attempt(partial(_compared, measured, fitted, form, *case)) for case in cases),
-        points=attempt(lambda: _points(stated, measured, records, fitted, robot)),
+        points=points,
         protocol=stated.protocol,
         not_stated=not_stated(conditions, stated.protocol),
     )
@@ -384,6 +385,31 @@ def _fitted(
     return _Fitted(told, carried, confirmed, tuple(first), tuple(doubts_of_fit(force_map)))
 
 
+def _findings(
+    stated: _Stated,
+    measured: _Measured,
+    fitted: _Fitted,
+    speeds: tuple[PlaceSpeeds, ...],
+    points: tuple[PointResult, ...] | Missing,
+) -> tuple[Finding, ...]:
+    """What must be read before the results of a campaign are used, what weighs most first."""
+    said = (*stated.findings, *_straight_only(points), *_unconfirmed(speeds), *measured.findings)
+    return (*fitted.weakness, *said, *fitted.doubts)
+
+
+def _straight_only(points: tuple[PointResult, ...] | Missing) -> list[Finding]:
+    """That contact points are permitted as programmed only for motion straight along the direction; none if all are."""
+    names = () if isinstance(points, Missing) else tuple(each.point.name for each in points if each.straight_only)
+    figures = {"names": names, "straight_deg": ON_AXIS, "widest_deg": WIDEST_ANGLE}
+    return [Finding.of(FindingKind.POINT_STRAIGHT_ONLY, **figures)] if names else []
+
+
+def _unconfirmed(speeds: Iterable[PlaceSpeeds]) -> list[Finding]:
+    """That nobody has measured whether the map holds at the speeds that are given, each once."""
+    given = (part.speeds.speeds.basis for part in speeds if part.confirmed and not isinstance(part.speeds, Missing))
+    return list(dict.fromkeys(doubt for basis in given for doubt in unconfirmed(basis.warnings)))
+
+
 def _none_confirms(*_: Any) -> ConfirmationResult | None:
     """What impacts show that nobody can read."""
     return None
@@ -470,7 +496,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
         points,
         stated.conditions,
         stated.protocol,
-        (*fitted.weakness, *stated.findings, *said, *fitted.doubts),
+        (*fitted.weakness, *stated.findings, *_straight_only(points), *said, *fitted.doubts),
         simulated or any(impact.simulated for result in judged for impact in result.impacts),
     )
 

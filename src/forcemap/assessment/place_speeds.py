@@ -15,6 +15,7 @@ from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.contact_model import ContactModel
+from forcemap.direction import WIDEST_ANGLE
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound
@@ -65,6 +66,8 @@ class PlaceSpeeds:
         Whether impacts at released speeds confirm the map for this limit; None if none were measured.
     fine : SpeedMap or None
         Safe speeds on a finer grid, from end to end of the measured range: what `speeds` misses; None without speeds.
+    off_axis : SpeedMap or None
+        The same on the grid of `speeds` for motion up to `WIDEST_ANGLE` off the map's direction; None without speeds.
     """
 
     limit: ForceLimit
@@ -75,6 +78,7 @@ class PlaceSpeeds:
     measure_next: NextMeasurements | Missing
     confirmation: ConfirmationResult | None = None
     fine: SpeedMap | None = None
+    off_axis: SpeedMap | None = None
 
     @property
     def contradicted(self) -> bool:
@@ -143,6 +147,14 @@ class PlaceSpeeds:
             return math.nan, math.nan
         program = self.speeds.speeds.speed_to_program
         return float(np.nanmin(program)), float(np.nanmax(program))
+
+    @property
+    def to_program_off_axis(self) -> FloatArray:
+        """Speeds to program [m/s] of the places that have one for motion off the direction, too, in ascending order."""
+        if self.off_axis is None or not self.confirmed:
+            return np.empty(0)
+        program = np.sort(self.off_axis.speeds.speed_to_program, axis=None)
+        return np.asarray(program[~np.isnan(program)])
 
     @property
     def unconfirmed(self) -> int:
@@ -228,7 +240,9 @@ def place_speeds(
     if not limit.permitted:
         why = Missing(f"NOT PERMITTED: the standard permits no contact with {limit.name}, at no speed")
         return PlaceSpeeds(limit, contact, why, (), math.nan, why)
-    speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step, allowance))
+    case: dict[str, Any] = {"limit": limit, "contact": contact, "allowance": allowance}
+    speeds = attempt(lambda: _speeds(present(force_map), present(bound), step, case))
+    off_axis = attempt(lambda: _speeds(present(force_map), present(bound), step, case | {"angle": WIDEST_ANGLE}))
     open_places = () if isinstance(speeds, Missing) else _open_places(speeds)
     fine = attempt(lambda: fine_speeds(limit, contact, present(force_map), present(bound), allowance))
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
@@ -247,6 +261,7 @@ def place_speeds(
         measure_next=attempt(lambda: next_measurements(measured, limit, contact=contact, bound=tolerance, **ranges)),
         confirmation=confirmation,
         fine=None if isinstance(fine, Missing) else fine,
+        off_axis=None if isinstance(off_axis, Missing) else off_axis,
     )
 
 
@@ -281,11 +296,8 @@ def _open_box(
     return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
 
-def _speeds(
-    limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, step: float, allowance: Allowance
-) -> SpeedMap:
-    places = measured_grid(force_map, step)
-    return speed_map(force_map, *places, limit=limit, bound=bound, contact=contact, allowance=allowance)
+def _speeds(force_map: ForceMap, bound: Bound, step: float, case: dict[str, Any]) -> SpeedMap:
+    return speed_map(force_map, *measured_grid(force_map, step), bound=bound, **case)
 
 
 def _open_places(grid: SpeedMap) -> tuple[OpenPlaces, ...]:

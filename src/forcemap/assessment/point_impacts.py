@@ -15,11 +15,12 @@ from forcemap.assessment.contact_points import ContactPoint
 from forcemap.assessment.originals import Originals
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
+from forcemap.campaigns.impact_rows import planned_words
 from forcemap.campaigns.point_list import POINTS_FOLDER, names_file
 from forcemap.campaigns.point_recordings import POINT_FILMS, PointRecording, point_names, point_recordings
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.recorded_impacts import RecordedImpacts
-from forcemap.campaigns.recordings_table import PRESSURE_FROM, REGISTER_FILE, Entry, Use
+from forcemap.campaigns.recordings_table import PLANNED, PRESSURE_FROM, REGISTER_FILE, Entry, Use
 from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
 from forcemap.direction import WIDEST_ANGLE, same_direction
@@ -188,13 +189,17 @@ def _own(
                 yield other, PASSED_OVER, tuple(i for i in impacts if near or i.outcome is VerdictOutcome.EXCEEDED)
 
 
-def _registered_near(recording: PointRecording, point: ContactPoint) -> bool:
-    """Whether a file that cannot be read any more, or is gone, showed a force near the limit when it was registered."""
+def _registered_near(
+    recording: PointRecording | CampaignRecording, point: ContactPoint, *, moved: bool = False
+) -> bool:
+    """Whether a recording that shows nothing any more, as it is gone, another, read otherwise or `moved`, came near the
+    limit when it was registered, or had a film."""
     entry, limit = recording.entry, point.limit
-    if recording.recorded or entry is None or entry.exclude or not limit.permitted:
+    if (recording.doubt is None and not moved) or entry is None or entry.exclude or not limit.permitted:
         return False
     forces = (entry.peak_force, entry.raw_peak_force, entry.phase2_force)
-    return any(force > _NEAR * limit.force(Contact.QUASI_STATIC) for force in forces)
+    near = any(force > _NEAR * limit.force(Contact.QUASI_STATIC) for force in forces)
+    return near or PRESSURE_FROM in entry.conditions
 
 
 def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: StateTolerance) -> bool:
@@ -250,12 +255,14 @@ def _planned(
             if pattern_fits(pattern, state, recording.entry.name):
                 found.setdefault((point.name, pattern), []).append(_of_campaign(campaign, point, recording, films))
         for point, patterns in points.values():
-            if not _is_at(point, _place(campaign, recording), tolerance):
+            moved = _moved(campaign, recording)
+            if not (moved or _is_at(point, _place(campaign, recording), tolerance)):
                 continue
             if any(pattern_fits(pattern, state, recording.entry.name) for pattern in patterns):
                 continue
             there = _of_campaign(campaign, point, recording, films)
-            if there.outcome is VerdictOutcome.EXCEEDED:
+            near = _registered_near(recording, point, moved=moved)
+            if there.outcome is VerdictOutcome.EXCEEDED or near:
                 passed_over.setdefault(point.name, []).append(there)
     mistaken = mistaken_unit(campaign, measured)
     for point, pattern in named:
@@ -285,8 +292,14 @@ def _doubted(impact: PointImpact, doubt: Finding | None) -> PointImpact:
 
 
 def _row(campaign: Campaign, recording: CampaignRecording) -> int | None:
-    """The row of the plan of a recording."""
-    return campaign.plan.row_of.get(recording.run or ("", 0))
+    """The row of the plan of a recording, as registered if nothing tells any more; None if it belongs to no run."""
+    return campaign.plan.row_of.get(recording.run or (recording.entry.state_id, recording.entry.repeat))
+
+
+def _moved(campaign: Campaign, recording: CampaignRecording) -> bool:
+    """Whether the plan no longer puts a recording where it did when that was registered: it may be of any place."""
+    then = dict(recording.entry.conditions).get(PLANNED, "")
+    return bool(then) and then != planned_words(campaign.plan, recording.entry)
 
 
 def _place(campaign: Campaign, recording: CampaignRecording) -> tuple[float, float]:

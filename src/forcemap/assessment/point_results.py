@@ -104,6 +104,20 @@ class PointResult:
         return self.point.held_as_free and not self.lacks
 
     @property
+    def off_axis(self) -> float | None:
+        """Speed to program for motion up to `WIDEST_ANGLE` off the direction [m/s], NaN if there is none; None if
+        `speed` holds for it, too, or there is none."""
+        for note in self.rests_on if not self.lacks else ():
+            if note.kind is FindingKind.ALONG_ONLY:
+                return math.nan if note.figure("no_off") else min(self.speed, float(note.figure("off_mps")))
+        return None
+
+    @property
+    def straight_only(self) -> bool:
+        """True if its program is permitted only for motion straight along the direction."""
+        return self.off_axis is not None and not self.point.programmed <= self.off_axis and self.point.programmed > 0
+
+    @property
     def program_at_most(self) -> float:
         """Speed that the program may have [m/s], also where it has more; NaN if there is none."""
         too_fast = [finding for finding in self.lacks if finding.kind is FindingKind.POINT_TOO_FAST]
@@ -239,10 +253,9 @@ def _by_map(
         assert not isinstance(bound, Missing)
         ends = ([getattr(p, name) for p in group] for name in ("distance", "distance_to", "height", "height_to"))
         zones = Zones(*map(np.array, ends)).grown(allowance.position)
+        case: dict[str, Any] = {"limit": limit, "bound": bound, "contact": contact, "allowance": allowance}
         try:
-            speeds = zone_speeds(
-                force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance
-            )
+            speeds = zone_speeds(force_map, zones, **case, angle=angle)
         except ForcemapError as error:
             why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message), **_NO_WAY)
             parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
@@ -250,6 +263,7 @@ def _by_map(
         refusal = speeds.basis.export_refusal
         near = {"grown_m": allowance.position or None, "raised": raised_off_axis(angle) - 1 or None}
         straight = [note for note in speeds.basis.notes if note.kind is FindingKind.ALONG_ONLY]
+        off_axis = zone_speeds(force_map, zones, **case, angle=WIDEST_ANGLE).speed_to_program
         lowest = Finding.of(FindingKind.POINT_LOWEST_NEAR, **near)
         asked = {"area": limit.name, "contact": contact.value, "grown_m": allowance.position or None}
         for i, point in enumerate(group):
@@ -265,9 +279,17 @@ def _by_map(
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked, **ways)
             result, beside = confirmed(limit, contact, bound), _tolerance(conditions).place
             part = _mapped(float(speeds.speed_to_program[i]), reason, result, point, beside)
-            rests_on = (*straight, *part.rests_on, lowest) if part.rests_on else ()
+            along = [_with_off_axis(note, float(off_axis[i])) for note in straight]
+            rests_on = (*along, *part.rests_on, lowest) if part.rests_on else ()
             parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
+
+
+def _with_off_axis(straight: Finding, speed: float) -> Finding:
+    """That a speed holds for motion straight along the direction, with the one to program off it [m/s], NaN if none."""
+    none = math.isnan(speed)
+    figures = {"off_mps": None if none else float(floor_speed(speed)), "no_off": none or None}
+    return Finding.of(straight.kind, **dict(straight.figures) | figures)
 
 
 def _inside(force_map: ForceMap, point: ContactPoint) -> bool:

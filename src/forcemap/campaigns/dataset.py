@@ -19,7 +19,7 @@ from forcemap.campaigns.contradictions import contradictions, opposite_base_angl
 from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
-from forcemap.campaigns.point_list import AtPoint, phase_two_of
+from forcemap.campaigns.point_list import SPEED_NOT_STATED, AtPoint, phase_two_of
 from forcemap.campaigns.quantity import LEAST, Quantity
 from forcemap.campaigns.state import CONFIRMING, States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 # what other rooms take from here beside ImpactDataset
 __all__ = [
     "CONFIRMING",
+    "SPEED_NOT_STATED",
     "AtPoint",
     "Binding",
     "BindingState",

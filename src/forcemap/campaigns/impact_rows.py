@@ -15,7 +15,7 @@ from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.contradictions import SPEEDS_APART
 from forcemap.campaigns.copies import Edge, Edges
-from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.plan import PLAN_FILE, MeasurementPlan
 from forcemap.campaigns.pressures import FilmReading, Films, film_reading
 from forcemap.campaigns.readout import Readout
 from forcemap.campaigns.recordings_table import (
@@ -177,16 +177,22 @@ def columns_words(columns: ColumnMap | None) -> str:
 
 def _basis(campaign: Campaign, entry: Entry, film: FilmReading | None) -> dict[str, str]:
     """What the row of a recording depends on besides its file: its place in the plan, how it is read, its film."""
-    plan = campaign.plan
-    i = plan.row_of.get((entry.state_id, entry.repeat), plan.first_row[entry.state_id])
-    place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
     phase2 = "" if math.isnan(entry.phase2_force) else f", {entry.phase2_force:.2f} N in Phase II"
     return {
-        PLANNED: f"{entry.state_id}: {place}",
+        PLANNED: planned_words(campaign.plan, entry),
         READ_WITH: columns_words(campaign.columns),
         FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}{phase2}",
         **({PRESSURE_FROM: film.origin} if film else {}),
     }
+
+
+def planned_words(plan: MeasurementPlan, entry: Entry) -> str:
+    """Where a plan puts the state of a recording; empty if it does not have it."""
+    i = plan.row_of.get((entry.state_id, entry.repeat), plan.first_row.get(entry.state_id))
+    if i is None:
+        return ""
+    place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
+    return f"{entry.state_id}: {place}"
 
 
 def _sealed(entry: Entry, row: Row, now: dict[str, str], *, several: bool) -> Entry:

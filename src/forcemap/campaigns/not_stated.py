@@ -40,7 +40,8 @@ class NotStated:
     @property
     def words(self) -> str:
         """The entry in words for who does not write campaign.toml, such as `document number`."""
-        return self.entry.removeprefix("protocol.").replace(".", " ").replace("_", " ").removesuffix(" N per m")
+        words = self.entry.removeprefix("protocol.").replace(".", " ").replace("_", " ")
+        return words.removesuffix(" N per m").removesuffix(" deg")
 
 
 _NEEDED = {
@@ -53,6 +54,7 @@ _NEEDED = {
     Matters.REPEAT: (
         *("protocol.program", "robot.safety_settings", "protocol.controller_serial_number", "tool.name"),
         *("tool.payload_kg", "tool.covers", "contact.site", "contact.direction", "contact.speed"),
+        "contact.base_angle_deg",
         *("device.stiffness_N_per_m", "device.pad", "protocol.device_fixing", "robot.controller"),
     ),
     Matters.FILE: (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
@@ -35,24 +35,33 @@ COLUMNS = (
     *("photograph", "remark"),
 )
 
-_NOT_STATED = 1e-3
+SPEED_NOT_STATED = 1e-3
 """In place of a speed that is not stated [m/s]: slower than any that is fitted, so that it speaks against all."""
 
 _LEAST = 1.0  # N; noise around nothing
 
+_STEPS = 7  # places of a zone along either axis: 8 mm apart in one of 50 mm
+
 
 class AtPoint(NamedTuple):
-    """A recording made at a contact point, with the largest force that it shows [N], at a place [m] and speed [m/s]."""
+    """A recording made at a contact point, with the largest force that it shows [N], in a zone [m] at a speed [m/s]."""
 
     recording: str
     direction: str
-    distance: float
-    height: float
+    distance: tuple[float, float]
+    height: tuple[float, float]
     speed: float
     force: float
     peak: float
     phase2: float
     scenario: ContactScenario | None
+
+    def places(self, distance: tuple[float, float], height: tuple[float, float]) -> list[tuple[float, float]]:
+        """Places all over the part of its zone that lies within these ends [m], at its edges, too.
+
+        A zone does not say where in it a recording was made. Of one that lies beyond there is one place, beyond.
+        """
+        return list(itertools.product(_spread(self.distance, distance), _spread(self.height, height)))
 
 
 def point_table(content: bytes, file: str) -> Table:
@@ -71,8 +80,7 @@ def point_table(content: bytes, file: str) -> Table:
 def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, ...]:
     """What the collected files in points/ show at the places that the list states, of the campaign's contact site.
 
-    Those that a person took out, and without a force, are left out. A zone does not say where in it a recording was
-    made, so all of its corners count.
+    Those that a person took out, and without a force, are left out.
 
     Raises
     ------
@@ -91,12 +99,16 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
             continue
         row = {name: float(column[i]) for name, column in numbers.items()}
         stated = row.get("recorded_at_mps", math.nan)
-        speed = _NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))
+        speed = SPEED_NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))
         named = [name for name in shown if names_file(_patterns(cells), name)]
-        for name, (distance, height) in itertools.product(named, _corners(row)):
+        zone = [(row.get(f"{axis}_m", math.nan), row.get(f"{axis}_to_m", math.nan)) for axis in ("distance", "height")]
+        if any(math.isnan(low) for low, _ in zone):
+            continue
+        ends = [(min(low, high), max(low, high)) if high == high else (low, low) for low, high in zone]
+        for name in named:
             entry = shown[name]
             of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario)
-            found[AtPoint(name, cells.get("direction", ""), distance, height, speed, *of_file)] = None
+            found[AtPoint(name, cells.get("direction", ""), ends[0], ends[1], speed, *of_file)] = None
     return tuple(found)
 
 
@@ -148,9 +160,7 @@ def _force(entry: Entry) -> float:
     return float(np.fmax(entry.peak_force, entry.phase2_force))
 
 
-def _corners(row: dict[str, float]) -> Iterator[tuple[float, float]]:
-    """Distance and height of a point, or of the corners of a zone [m]; none where they are not stated."""
-    d, d_to, h, h_to = (row.get(f"{end}_m", math.nan) for end in ("distance", "distance_to", "height", "height_to"))
-    if not (math.isnan(d) or math.isnan(h)):
-        far, high = d if math.isnan(d_to) else d_to, h if math.isnan(h_to) else h_to
-        yield from dict.fromkeys([(d, h), (d, high), (far, h), (far, high)])
+def _spread(ends: tuple[float, float], within: tuple[float, float]) -> list[float]:
+    """Values from end to end of the part of a range that lies within another; one value if none does."""
+    low, high = max(ends[0], within[0]), min(ends[1], within[1])
+    return [ends[0]] if low > high else np.unique(np.linspace(low, high, _STEPS)).tolist()

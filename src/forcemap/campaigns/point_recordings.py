@@ -141,7 +141,7 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
             if then.row_sha256 != row_sha256(then):  # a person's reason stands; figures are those of the file
                 read = _registered(films, name, path, digest, conditions, columns)
                 then = replace(read, exclude=then.exclude, conditions=then.conditions)
-            now = _stated(name, conditions) | _film(films, name, conditions)  # a film may be added later
+            now = conditions.measured_under(name) | _film(films, name, conditions)  # a film may be added later
             known[name] = replace(then, conditions=now | dict(then.conditions))
     text = register_text(known.values())
     with alone(folder):

@@ -94,10 +94,10 @@ def propose_runs(
     free = [row for run, row in plan.row_of.items() if run not in taken]
     where, register = str(campaign.recordings), campaign.register_file.name
     remedy = f"write into {register} why it does not count (exclude), or which run it is (state_id, repeat)"
+    if unread := [recording for recording in unnamed if recording.readout is None]:
+        raise CampaignFileError(f"{_unread(unread)}, or if it does not count {remedy}", file=where)
     if failed := [
-        recording.entry.name
-        for recording in unnamed
-        if recording.readout is None or len(recording.readout.impacts) != 1
+        recording.entry.name for recording in unnamed if recording.readout and len(recording.readout.impacts) != 1
     ]:
         problem = (
             f"found {_listed(failed)} without exactly one impact: if a run was made again, the order does not tell"
@@ -177,6 +177,14 @@ def _key(campaign: Campaign, recording: CampaignRecording, order: RecordingOrder
 
 def _time(campaign: Campaign, recording: CampaignRecording) -> float:
     return os.stat(campaign.recordings / recording.entry.file).st_mtime
+
+
+def _unread(recordings: Sequence[CampaignRecording]) -> str:
+    """Why the first of recordings cannot be read, how many others cannot, and what to do."""
+    first, *more = recordings
+    others = f", and {len(more)} more that cannot be read" if more else ""
+    look = f"state the layout in campaign.toml, [recordings] (forcemap inspect {first.entry.file} shows it)"
+    return f"{first.entry.name}, {first.unreadable}{others}; {look}"
 
 
 def _listed(names: Sequence[str]) -> str:

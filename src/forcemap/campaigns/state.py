@@ -293,7 +293,7 @@ def _refuse_wide_states(
         apart = f"{spread[state, axis]:.4g} {unit} apart, expected at most {allowed:g} {unit}"
         found, remedy = "repeats of one state", f"is this row of state {str(names[state])!r}?"
         if chained is not None:
-            way_out = "lower the tolerance ([states] in campaign.toml, tolerance= in Python)"
+            way_out = "lower the tolerance ([states] in campaign.toml, StateTolerance(place, speed) in Python)"
             if named := sorted({*filter(None, chained[member].tolist())}):
                 found = f"the states {few(named)}, each as close to the next as repeats are,"
             else:

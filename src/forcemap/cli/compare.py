@@ -26,7 +26,18 @@ from forcemap.cli.options import (
     force_map_from,
     too_few_states_named,
 )
-from forcemap.cli.output import accuracy_lines, bound_words, change, counted, emit, listing, shown, table, verdict_first
+from forcemap.cli.output import (
+    accuracy_lines,
+    bound_words,
+    change,
+    counted,
+    emit,
+    listing,
+    outside_lines,
+    shown,
+    table,
+    verdict_first,
+)
 from forcemap.cli.task_options import (
     ContactOffset,
     DriveInertiaOption,
@@ -201,6 +212,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         "",
         f"Force models on {answer.on} (underestimation is the dangerous side)",
         *accuracy_lines(list(_accuracies(answer))),
+        *outside_lines(each for model in answer.models[:1] for each in (model.accuracy, model.accuracy_all)),
         *(f"{model.model}: {model.note}" for model in answer.models if model.note),
     ]
     if answer.allowed:

@@ -35,7 +35,7 @@ from forcemap.figures.heights import default_cuts, states_shown
 from forcemap.figures.maps import profile_states_shown, workspace_states_shown
 from forcemap.figures.names import label
 from forcemap.maps.bounds import Bound
-from forcemap.words import sentence, warnings
+from forcemap.words import sentence, sentences, warnings
 
 _DENSE = 38, 33
 """Distances and heights of a dense grid, 1 cm apart, as dense as the paper's figure 3 seems; a choice."""
@@ -273,7 +273,7 @@ def left_out(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[st
         return []
     return [
         f"{source.name}: {most - seen} of {most} measured states are not shown: they lie on no line or slice that is "
-        f"drawn; --speeds-mps shows other speeds, forcemap figure residuals all states of their table or folder"
+        f"drawn; forcemap figure residuals shows all states of their table or folder, --speeds-mps other speeds"
         for source, (seen, most) in zip(sources, counts, strict=True)
         if seen < most
     ]
@@ -446,7 +446,7 @@ def _path(sources: list[Source], choices: Choices, *, said: list[str], **size: A
     task = task_from(stated(chosen, sources[0].name), tool_path.names, choices.contact)
     bound: Bound = bound_from(sources[0].force_map)
     speeds = fm.path_speeds(sources[0].force_map, tool_path, task, bound=bound)
-    said += warnings(speeds.bases)
+    said += [*sentences((*speeds.atlas.warnings, *speeds.doubts)), *warnings(speeds.bases)]
     return figures.path_speeds_figure(speeds, **size)
 
 

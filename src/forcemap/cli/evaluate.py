@@ -106,7 +106,7 @@ def evaluate(
         with too_few_states_named(map_source, form):
             force_map, _ = force_map_from(map_source, form)
         new = dataset.select(~np.isin(dataset.state, fitted_states(force_map, dataset)))
-        accuracies: tuple[fm.Accuracy, ...] = (fm.force_map_accuracy(force_map, dataset),)
+        accuracies = _of_new(force_map, dataset, new)
     else:
         with too_few_states_named(table, form):
             dataset, force_map = fitted(table, form)
@@ -114,6 +114,14 @@ def evaluate(
     answer = EvaluateAnswer.of_map(force_map, dataset, accuracies, new)
     emit(answer, evaluate_lines(answer), as_json=as_json)
     return 0
+
+
+def _of_new(force_map: fm.ForceMap, dataset: fm.ImpactDataset, new: fm.ImpactDataset) -> tuple[fm.Accuracy, ...]:
+    """The accuracy of a map on all states, and before it on those that it was not fitted to if it was to others."""
+    of_all = fm.force_map_accuracy(force_map, dataset)
+    if len(new) == len(dataset) or not len(new) or not (new.states.impacts > 0).any():
+        return (of_all,)
+    return fm.force_map_accuracy(force_map, new, on="states not fitted"), of_all
 
 
 def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
@@ -231,9 +239,11 @@ def _bound_lines(answer: EvaluateAnswer) -> list[str]:
     if (above := answer.new_states_above_bound) is None:
         return []
     named = f": {few(above, _MOST_NAMES)}" if above else ""
-    censored = answer.new_states_censored
-    range_ = f" ({censored} above the device range)" if censored else ""
-    of = f"{len(above)} of the {counted(answer.new_states, 'state')} that the map was not fitted to{range_}"
+    censored, outside = answer.new_states_censored, answer.new_states_outside
+    beyond = f"{outside} outside the measured range, where the bound promises nothing"
+    parts = [beyond] * bool(outside) + [f"{censored} above the device range"] * bool(censored)
+    which = f" ({'; '.join(parts)})" if parts else ""
+    of = f"{len(above)} of the {counted(answer.new_states, 'state')} that the map was not fitted to{which}"
     return [f"{of} lie above the {fm.ToleranceBound()}{named}"]
 
 

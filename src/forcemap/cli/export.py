@@ -47,12 +47,12 @@ from forcemap.errors import InputError, one_line
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
 from forcemap.exports.robot_table import Provenance, RobotTable
-from forcemap.exports.safety_proposal import block_of_path, safety_proposal, segments_stopped
+from forcemap.exports.safety_proposal import block_of_path, entries_of, safety_proposal, segments_stopped
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.paths.atlas import Atlas
-from forcemap.words import sentence, warnings
+from forcemap.words import sentence
 
 _MARK = "made by forcemap"
 
@@ -127,7 +127,7 @@ def export(
     if zones.refusal:
         return refused(zones.refusal, result, as_json=as_json)
     words = _zones_permitted(found := _permitted(zones, maps, limits), angle, one=one)
-    words += _stops(zones, task, None) if isinstance(zones, RobotTable) and format is Format.SAFETY else ""
+    words = _of_sheet(words, zones, task) if format is Format.SAFETY else words
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
     said: dict[str, Any] = {
         "angle": angle,
@@ -285,11 +285,11 @@ def write(
     if output is None and not as_json:
         print("\n".join(files.values()), end="")
         return
-    words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
+    words += "" if raised_off_axis(angle) > 1 else "; all for motion straight along the map's direction ONLY"
     verdict = f"{words}; not safety-rated: whoever is responsible for the risk assessment has to accept them"
     if any(basis.measure_more for basis in provenance.bases):
         verdict += "; NOT TO BE USED YET, measure more"
-    lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
+    lines = verdict_first(verdict, provenance.warnings, simulated=provenance.simulated)
     lines += [*cells, sentence(raised)]
     if points:
         lines.append(f"contact points that {POINTS_FILE} lists are not in it: their speeds stand in the report")
@@ -397,6 +397,7 @@ def export_path(
         return refused(zones.refusal, _result(zones), why, as_json=as_json)
     provenance = with_map_file(zones.provenance, source)
     if isinstance(zones, RobotTable) and format is PathFormat.SAFETY:
+        provenance = provenance.doubted(speeds)
         zones = replace(zones, provenance=provenance)
         words = _zones_permitted(_permitted(zones, maps, limits), angle, one=True)
         result = zones_result(zones)
@@ -405,8 +406,7 @@ def export_path(
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds, straight=straight)
         raised = zones_raised(angle, _SMALL_ZONE, one=True)  # the size of its zones cannot be stated
         permitted = zones.permitted > 0 and not speeds.refused.any()
-        words += ", NOT for this path, which is not permitted everywhere" * bool(speeds.refused.any())
-        words += f"{_stops(zones, None, speeds)}{straight}"
+        words = f"{_of_sheet(words, zones, None, speeds)}{straight}"
     else:
         provenance = provenance.of_path(speeds)
         result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
@@ -415,6 +415,18 @@ def export_path(
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if permitted else 1
+
+
+def _of_sheet(
+    words: str, zones: RobotTable | DirectedTables, task: fm.Task | None, speeds: fm.PathSpeeds | None = None
+) -> str:
+    """The entries of the safety sheet, before what zones permit, and which segments they would stop."""
+    if not isinstance(zones, RobotTable):
+        return words
+    if speeds is not None and speeds.refused.any():
+        return f"NO ENTRIES: this path is not permitted everywhere; of the whole map {words}"
+    entries = entries_of(zones, speeds)
+    return f"{f'{entries}; of the whole map ' if entries else ''}{words}{_stops(zones, task, speeds)}"
 
 
 def _stops(zones: RobotTable, task: fm.Task | None, speeds: fm.PathSpeeds | None) -> str:
@@ -438,7 +450,7 @@ def _straight(maps: fm.ForceMap | Atlas, path: fm.ToolPath, task: fm.Task, **cas
 
 def _slowed(speeds: fm.PathSpeeds) -> str:
     """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
-    without = int(np.isnan(speeds.programmed).sum())
+    without = int((np.isnan(speeds.programmed) & (speeds.commanded > 0)).sum())
     slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
     braking = int((slowed & ~speeds.too_fast).sum())
     refused = int(speeds.refused.sum())

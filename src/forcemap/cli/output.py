@@ -84,12 +84,12 @@ def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool
 def verdict_first(verdict: str, doubts: Iterable[str] = (), *, simulated: bool = False) -> list[str]:
     """The verdict, whose line says itself what must be read before it is used, and directly below it that.
 
-    The doubts it counts are the lines below it, that impacts are simulated among them; alone, its one word says it.
+    That impacts are simulated is no doubt: the verdict says it in a word, and the line below it.
     """
-    listed = [*[SIMULATED] * simulated, *doubts]
+    listed = list(doubts)
     many = "doubt" if len(listed) == 1 else f"{len(listed)} doubts"
-    says = [verdict, *["SIMULATED"] * simulated, *[f"first read the {many} below"] * (len(listed) > simulated)]
-    return ["; ".join(says), *(f"{_DOUBT}{doubt}" for doubt in listed)]
+    says = [verdict, *["SIMULATED"] * simulated, *[f"first read the {many} below"] * bool(listed)]
+    return ["; ".join(says), *[f"  {SIMULATED}"] * simulated, *(f"{_DOUBT}{doubt}" for doubt in listed)]
 
 
 def wrapped(lines: Iterable[str]) -> list[str]:
@@ -312,10 +312,18 @@ def outside_words(accuracy: AccuracyAnswer) -> str:
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     """States beyond the map, and whether the form fits and forces have not drifted where nothing speaks against it."""
     notes = [test.finding for test in (answer.form_test, answer.drift) if test]
-    first = answer.accuracies[0]
-    beyond = f"{first.outside_states} of the {first.states} states ({first.on}) lie outside the map's measured range"
-    continued = [f"{beyond} by more than repeats differ; their errors are those of the map continued"]
-    return [*continued * bool(first.outside_states), *(note for note in notes if note not in answer.doubts)]
+    return [*outside_lines(answer.accuracies), *(note for note in notes if note not in answer.doubts)]
+
+
+def outside_lines(accuracies: Iterable[AccuracyAnswer]) -> list[str]:
+    """That errors are of states where the map is continued, of all accuracies together; nothing if none is."""
+    beyond = dict.fromkeys(
+        f"{each.outside_states} of {each.states} ({each.on})" for each in accuracies if each.outside_states
+    )
+    if not beyond:
+        return []
+    where = f"states outside the map's measured range by more than repeats differ: {', '.join(beyond)}"
+    return [f"{where}; their errors are those of the map continued"]
 
 
 _TELLING = 4

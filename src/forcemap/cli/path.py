@@ -186,6 +186,11 @@ _HINTS = {
     "outside": "outside: move the path into the measured range, less the position tolerance ({inside}), or measure "
     "there",
 }
+_PARTLY = (
+    "only a part of {segments} points another way: do not exclude contact on all of it for that. Where a log has no "
+    "row at a turn, add it or log more often; where measured positions tremble, log the commanded ones; else name that "
+    "motion as a segment of its own in the file, and bend it (--suggest FILE.csv tries it) or measure in its direction"
+)
 _TOO_SLOW = (
     "unconfirmed: a piece counts all places up to {tolerance_mm:g} mm beside it (position tolerance), so it may be "
     "refused where forcemap speed has a speed; end the descent higher, move the path to where forcemap speed-map has "
@@ -476,13 +481,17 @@ def _percent(share: float) -> str:
 
 def _hints(answer: AlongAnswer, refusals: Sequence[Refused]) -> list[str]:
     """What can be done about pieces without permission."""
-    outcomes, kinds = ({getattr(each, name) for each in refusals} for name in ("outcome", "reason_kind"))
+    kinds = {each.reason_kind for each in refusals}
     figures = {
         "inside": "; ".join(_inside(each, several=len(answer.maps) > 1) for each in answer.inside),
         "tolerance_mm": 1000 * answer.position_tolerance_m,
         "place": "" if isinstance(answer, PlacesAnswer) else " (forcemap place finds where the table stands best)",
     }
-    hints = [hint for outcome, hint in _HINTS.items() if outcome in outcomes]
+    permitted = {piece.segment for piece in getattr(answer, "pieces", ()) if piece.speed_mps is not None}
+    partly = sorted({each.segment for each in refusals if each.outcome in _NO_DIRECTION} & permitted)
+    whole = {each.outcome for each in refusals if each.segment not in partly or each.outcome not in _NO_DIRECTION}
+    hints = [_PARTLY.format(segments=few(partly, _GAPS))] * bool(partly)
+    hints += [hint for outcome, hint in _HINTS.items() if outcome in whole]
     hints += [hint for kind, hint in _HINTS_BY_REASON.items() if kind in kinds]
     return [f"  {hint.format(**figures)}" for hint in dict.fromkeys(hints)]
 
@@ -525,7 +534,10 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
     else:
         best = answer.best
         verdict = f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m"
-        _, standard, *_ = answer.cycle_times
+        verdict += ", at the allowed speeds"
+        _, standard, *_, program, _ = answer.cycle_times
+        if program.cycle_time_s is not None and f"{program.cycle_time_s:.3f}" != f"{best.cycle_time_s:.3f}":
+            verdict += f" ({program.cycle_time_s:.3f} s as programmed)"
         if standard.cycle_time_s is not None:
             verdict += f", {standard.cycle_time_s:.3f} s {_standard(answer)}"
         if answer.finer_step_m is not None:
@@ -573,7 +585,7 @@ def _positions(answer: PlacesAnswer) -> list[str]:
         return [f"none of {looked} has permission for the whole path; --json has the permitted share of each"]
     if len({each.distance_m for each in answer.positions}) <= MOST_DISTANCES:
         times = {(each.distance_m, each.height_m): each.cycle_time_s for each in answer.positions}
-        title = "cycle time [s] with the table's frame at d, h; ? where a part of the path has no permission"
+        title = "cycle time [s] at the allowed speeds, the table's frame at d, h; ? where a part has no permission"
         return [title, *grid({place: "?" if time is None else f"{time:.3f}" for place, time in times.items()})]
     fastest = sorted(permitted, key=lambda each: each.cycle_time_s or 0.0)[:_FASTEST]
     title = f"the fastest of {len(permitted)} positions with permission for the whole path, of {looked}; --json has all"
@@ -597,6 +609,8 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
     if answer.timed:
         own = "--acceleration-mps2, or acceleration_mps2 in the task"
         lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")
+    if answer.waits_s:
+        lines.append(f"the file's waits, {answer.waits_s:.3f} s, are in every row")
     if answer.contact_excluded:
         lines.append("where contact is excluded, every row is at the task's speed")
     _, standard, *_ = answer.cycle_times

@@ -33,6 +33,7 @@ from forcemap.cli.options import (
     stated_bound,
 )
 from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
+from forcemap.errors import few
 from forcemap.files import read_bytes, write_atomically
 from forcemap.report.permission import BY_MAP_ALONE
 from forcemap.report.seal import REPORT_FILE
@@ -331,6 +332,12 @@ def _verify_atlas(file: str, atlas: str, *, as_json: bool) -> int:
     groups = {"Changed": found.changed, "Vanished": found.vanished, "New": found.new}
     if found.holds:
         lines = ["Unchanged: the page, its campaigns and their reports are as they were when it was written"]
+    elif found.nothing_changed:
+        lines = [
+            f"CANNOT TELL whether all is as when the page was written: {few(found.not_compared)} rest on a table of "
+            "limits that is no file of their folder and was not compared; compare it with the one in force before you "
+            "go by the page, or put it into the folder and have the reports rewritten"
+        ]
     else:
         what = ["the page"] * (not found.intact) + ["campaigns or their reports"] * any(groups.values())
         lines = [
@@ -343,7 +350,7 @@ def _verify_atlas(file: str, atlas: str, *, as_json: bool) -> int:
         lines.append("What changed of each: forcemap report --verify, with its report and its folder")
     figures = asdict(found)
     emit({"holds": found.holds, "report_intact": figures.pop("intact"), **figures}, lines, as_json=as_json)
-    return 0 if found.holds else 1
+    return 0 if found.holds else 2 if found.nothing_changed else 1
 
 
 def _compared(changes: Verification) -> str:
@@ -443,7 +450,7 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
         name = f"{part.limit.name} {part.contact}"
         if part.confirmed and not part.not_released:
             low, high = fm.floor_speed(part.slowest_to_program), fm.floor_speed(part.fastest_to_program)
-            parts.append(f"{name}: program {low} to {high} m/s, place by place")
+            parts.append(f"{name}: program {low} to {high} m/s, at its places and between")
         else:
             without.append(name)
     parts += [f"NO SPEED for {', '.join(without)}"] if without else []
@@ -468,8 +475,8 @@ def _limit_line(part: PlaceSpeeds) -> str:
     return (
         f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
         f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
-        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place over the "
-        f"measured range; {part.unconfirmed} without a speed"
+        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), at these places and "
+        f"between them; {part.unconfirmed} places without a speed"
     )
 
 

@@ -181,8 +181,8 @@ _HINTS = 3
 
 _MARGIN = FixedMargin().describe()
 _IN_PROGRAM = (
-    "holds at the place itself; lower in what forcemap path and export give: places up to 5 mm beside it, and motion "
-    "up to 5 degrees off the map's direction"
+    "holds at the place itself, straight along the map's direction; lower in what forcemap path and export give: "
+    "places up to 5 mm beside it, and motion up to 5 degrees off that direction"
 )
 
 
@@ -225,7 +225,8 @@ def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
         beside = answer.margin_10_outcome if margin is None else f"{shown(margin)} m/s at contact"
         lines.append(f"  beside   prediction + 10 %: {beside} (a fixed margin, which promises nothing)")
     if program is not None:
-        lines.append(f"  program  {_IN_PROGRAM}")
+        off = answer.off_direction_to_program_mps
+        lines.append(f"  program  {_IN_PROGRAM} ({'no speed' if off is None else f'at most {shown(off)} m/s'})")
     if points:
         lines.append(
             f"  points   {POINTS_FILE} lists contact points: forcemap report has the speeds measured at them, and of "

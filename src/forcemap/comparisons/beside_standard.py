@@ -33,6 +33,8 @@ class BesideStandard:
         The highest speed at contact of a place with a speed to program [m/s]; NaN if there is none.
     lowest_predicted, highest_predicted : float
         Forces that the map predicts at that speed where it was measured so fast [N]; NaN where it was nowhere.
+    moving_mass, payload : float
+        What the model reckons with [kg]; a payload that is not stated is 0.
     """
 
     speed: float
@@ -41,6 +43,8 @@ class BesideStandard:
     fastest: float
     lowest_predicted: float
     highest_predicted: float
+    moving_mass: float
+    payload: float
 
 
 def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | None:
@@ -61,6 +65,8 @@ def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | N
         fastest=float(usable.max()) if usable.size else math.nan,
         lowest_predicted=float(forces.min()) if forces.size else math.nan,
         highest_predicted=float(forces.max()) if forces.size else math.nan,
+        moving_mass=force_map.conditions.moving_mass,
+        payload=float(np.nan_to_num(force_map.conditions.payload)),
     )
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
@@ -258,7 +258,9 @@ def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[For
     has_test = int(np.sum(test.states.impacts > 0)) >= FEWEST_TESTS
     on = ON_TEST if has_test else "leave-one-state-out"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
-    models = Models(states, on, dataset.select(~dataset.slower).states)
+    every = dataset.select(~dataset.slower).states
+    inside = [maps[0].measured_range.near(group.coordinates, dataset.tolerance.scale) for group in (states, every)]
+    models = Models(states, on, every, outside=(~inside[0] if has_test else None, ~inside[1]))
     for force_map in maps:
         models.add_map(force_map, has_test)
     models.add_per_height(maps_per_height(dataset), has_test)
@@ -274,7 +276,8 @@ def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatAr
 
 
 def maps_per_height(dataset: ImpactDataset) -> dict[tuple[float, float], ForceMap]:
-    """A 2D map for each measured height (lowest, highest [m]) whose states at training speeds determine one."""
+    """A 2D map for each measured height (lowest, highest [m]) whose states at training speeds determine one
+    with one to spare."""
     height_of = dict(zip(dataset.states.name, dataset.states.height.tolist(), strict=True))
     height = np.array([height_of[name] for name in dataset.state])
     apart = np.abs(dataset.speed[:, None] - dataset.train.states.speed).min(axis=1)
@@ -284,17 +287,22 @@ def maps_per_height(dataset: ImpactDataset) -> dict[tuple[float, float], ForceMa
         rows = dataset.select((height >= level[0]) & (height <= level[-1]) & usable)
         with contextlib.suppress(FitError):
             own = fit_force_map(replace(rows, role=np.full(len(rows), "train")), form=CFM_2D)
-            fitted[float(level[0]), float(level[-1])] = own
+            if len(own.require_fit().states) > own.coefficients.size:  # else it passes through all of them
+                fitted[float(level[0]), float(level[-1])] = own
     return fitted
 
 
 @dataclass
 class Models:
-    """Force models, each compared on `states`, which are called `on`, and on every state."""
+    """Force models, each compared on `states`, which are called `on`, and on every state.
+
+    `outside` tells which of both lie outside the measured range of the map for all heights; None if that is not asked.
+    """
 
     states: States
     on: str
     every: States
+    outside: tuple[Mask | None, Mask | None] = (None, None)
     compared: list[ModelComparison] = field(default_factory=list)
 
     def add(self, name: str, predicted: FloatArray, at_all: FloatArray, note: Finding | None) -> None:
@@ -303,7 +311,8 @@ class Models:
         if not known.any():
             raise InputError(f"found no state that {name} can be compared on ({self.on}), expected at least one")
         under, over = (_extreme(predicted[known], self.states.select(known), side) for side in (-1, 1))
-        compared, on_all = _accuracy(predicted, self.states, self.on), _accuracy(at_all, self.every, ALL_STATES)
+        compared = _accuracy(predicted, self.states, self.on, self.outside[0])
+        on_all = _accuracy(at_all, self.every, ALL_STATES, self.outside[1])
         self.compared.append(ModelComparison(name, compared, on_all, under, over, note))
 
     def add_map(self, force_map: ForceMap, has_test: bool) -> None:
@@ -358,9 +367,12 @@ class Models:
         )
 
 
-def _accuracy(predicted: FloatArray, states: States, on: str) -> Accuracy:
+def _accuracy(predicted: FloatArray, states: States, on: str, outside: Mask | None) -> Accuracy:
     known = ~np.isnan(predicted)
-    return Accuracy.of(predicted[known], states.select(known), on=on, skipped=int(np.sum(~known)))
+    compared = Accuracy.of(predicted[known], states.select(known), on=on, skipped=int(np.sum(~known)))
+    return replace(
+        compared, outside_states=None if outside is None else int(np.sum(outside & known & (states.impacts > 0)))
+    )
 
 
 def _extreme(predicted: FloatArray, states: States, side: int) -> StateError | None:

@@ -234,9 +234,10 @@ def _provenance(atlas: Atlas, tables: Sequence[DirectedTable]) -> Provenance:
     """What the speeds of all tables rest on."""
     heads = [each.table.provenance for each in tables]
     bases = told_apart([(each.campaign.name, basis) for each in tables for basis in each.table.provenance.bases], atlas)
-    notes = (*atlas.warnings, *atlas.findings, *heads[0].notes)
+    notes = (*atlas.findings, *heads[0].notes)
     simulated = any(head.simulated for head in heads)
     head = replace(heads[0], bases=bases, notes=notes, simulated=simulated, impacts_table="", impacts_table_sha256="")
+    head = replace(head, doubts=atlas.warnings)
     return replace(head, map_name=Path(atlas.source).name, map_sha256=atlas.sha256)
 
 

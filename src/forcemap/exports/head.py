@@ -10,7 +10,7 @@ from typing import Any
 
 from forcemap.exports.robot_table import Provenance
 from forcemap.findings import FindingKind
-from forcemap.words import assumptions, limit_words, sentence, warnings
+from forcemap.words import assumptions, limit_words, sentence
 
 NOT_SAFETY_RATED = (
     "NOT SAFETY-RATED: an estimate from measurements, looked up by an ordinary program; the robot's own safety "
@@ -30,7 +30,7 @@ def head_lines(provenance: Provenance) -> list[str]:
     allowance = provenance.allowance
     lines = [
         *([SIMULATED] if provenance.simulated else []),
-        *warnings(provenance.bases),
+        *provenance.warnings,
         "allowed speeds of the contact point, made by forcemap",
         NOT_SAFETY_RATED,
         WHO_CONFIRMS,
@@ -104,7 +104,7 @@ def head_result(provenance: Provenance) -> dict[str, Any]:
         "speed_error": None if math.isnan(error := provenance.bases[0].speed_error) else error,
         "speed_overshoot_mps": provenance.allowance.speed,
         "position_tolerance_m": provenance.allowance.position,
-        "warnings": [one_line(line) for line in warnings(provenance.bases)],
+        "warnings": [one_line(line) for line in provenance.warnings],
         "assumptions": [one_line(e) for e in assumptions(provenance.bases, provenance.notes, but=_ELSEWHERE)],
     }
 

@@ -28,7 +28,7 @@ from forcemap.speeds.quantities import cases_of
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
 from forcemap.speeds.zones import Zones
-from forcemap.words import sentence
+from forcemap.words import sentence, sentences, warnings
 
 ZONE_SIZE = 0.05
 """Largest extent of a zone, unless stated [m]; a choice between the speed that a zone's size costs and the length of
@@ -65,6 +65,8 @@ class Provenance:
         The impacts table that the map was fitted to; empty for a published map.
     map_file, map_file_sha256 : str
         The file that the map was read from; empty if it was fitted for the export, or published.
+    doubts : tuple of Finding
+        What must be read before the speeds are used, besides what their bases say.
     """
 
     map_name: str
@@ -79,6 +81,16 @@ class Provenance:
     impacts_table_sha256: str = ""
     map_file: str = ""
     map_file_sha256: str = ""
+    doubts: tuple[Finding, ...] = ()
+
+    @property
+    def warnings(self) -> list[str]:
+        """What must be read before the speeds are used."""
+        return [*sentences(self.doubts), *warnings(self.bases)]
+
+    def doubted(self, speeds: PathSpeeds) -> Self:
+        """The same, with what must be read before the speeds along a path are used."""
+        return replace(self, doubts=(*speeds.atlas.warnings, *speeds.doubts))
 
     def of_file(self, path: str | Path) -> Self:
         """The same, with the name and hash of the file that the map was read from."""
@@ -86,7 +98,7 @@ class Provenance:
 
     def of_path(self, speeds: PathSpeeds) -> Self:
         """The same for the speeds along a path."""
-        return replace(self, bases=speeds.bases or self.bases, notes=speeds.notes)
+        return replace(self.doubted(speeds), bases=speeds.bases or self.bases, notes=speeds.notes)
 
     @property
     def limits_N(self) -> tuple[float, ...]:

@@ -24,10 +24,13 @@ def safety_proposal(
 
     The block is the one that a path needs, if every zone in it is permitted, else the largest. With a task or the
     speeds of a path, it warns of the segments that would violate the entries, and says with `straight` what block
-    there is for motion along the direction alone.
+    there is for motion along the direction alone. For a path without permission somewhere there are no entries.
     """
     of_path, block = _block(table, speeds)
     lines = ["# Proposal for the safety configuration", "", *(f"- {line}" for line in head_lines(table.provenance)), ""]
+    if speeds is not None and (names := _refused(speeds)):
+        why = f"on {', '.join(map(one_line, names))} the map gives no permission, or not everywhere"
+        return "\n".join([*lines, f"**NO ENTRIES: this path is not permitted**, {why}. Change the path first.", ""])
     if block is None:
         return "\n".join([*lines, "No zone has a permitted speed: there is nothing to configure.", ""])
     first, last, bottom, top, speed = block
@@ -80,8 +83,6 @@ def _stopped(
     limit, segments = block[4] / 1000, list[tuple[str, float, bool, bool]]()
     if speeds is not None:
         segments = list(_driven(table, block, speeds))
-        for name in dict.fromkeys(np.array(speeds.path.names, dtype=object)[speeds.refused].tolist()):
-            yield name, "the map gives no permission on it, or on a part of it"
     elif task is not None:
         segments = [(segment.name, segment.speed, False, segment.contact is None) for segment in task.segments]
     for name, fastest, beyond, excluded in segments:
@@ -95,6 +96,20 @@ def _stopped(
             yield name, f"{stated}, the tool speed limit is {limit:.3f} m/s{off}"
         if beyond:
             yield name, f"leaves the block of zones, so a safety plane would stop it{off}"
+
+
+def _refused(speeds: PathSpeeds) -> list[str]:
+    """Segments on which a path has no permission, or not everywhere."""
+    return list(dict.fromkeys(np.array(speeds.path.names, dtype=object)[speeds.refused].tolist()))
+
+
+def entries_of(table: RobotTable, speeds: PathSpeeds | None) -> str:
+    """The block of the sheet in a line; empty without one."""
+    _, block = _block(table, speeds)
+    if block is None:
+        return ""
+    (d, d_to), (h, h_to) = table.distance_edges[list(block[:2])], table.height_edges[list(block[2:4])]
+    return f"tool speed limit {block[4] / 1000:.3f} m/s, d {d:.3f} to {d_to:.3f} m, h {h:.3f} to {h_to:.3f} m"
 
 
 def _violations(table: RobotTable, block: _Block, task: Task | None, speeds: PathSpeeds | None) -> list[str]:

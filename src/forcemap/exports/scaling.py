@@ -22,7 +22,8 @@ _TEXTS = ("segment", "outcome", "governed_by", "reason")
 def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
     """A row for each piece below a head in comments (#); scaling floored to 0.01, 0.00 where none is permitted.
 
-    Where no speed is programmed there is none to scale: both cells are empty, and the commanded speed stands alone.
+    Where no speed is programmed there is none to scale: both cells are empty, and the commanded speed stands alone,
+    unless that is 0.
     """
     rows = [
         piece
@@ -38,7 +39,8 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
 
 
 def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]:
-    """The head and a dictionary for each piece, for JSON; without a programmed speed that and scaling are None.
+    """The head and a dictionary for each piece, for JSON; without a programmed speed that is None, and scaling
+    unless it is 0.
 
     Raises
     ------
@@ -65,7 +67,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
                 "programmed_speed_mps": programmed,
                 "allowed_speed_mps": float(allowed),
                 PIECE_SPEED: float(driven),
-                "scaling": None if programmed is None else float(_scaling(driven, programmed)),
+                "scaling": _scaling(driven, programmed),
                 "outcome": str(speeds.outcome[i]),
                 "governed_by": one_line(str(speeds.governed_by[i])),
                 "limit_N": None if math.isnan(speeds.limit[i]) else float(speeds.limit[i]),
@@ -84,11 +86,14 @@ def _use(speeds: PathSpeeds) -> str:
         "As motions of a program: one linear motion a piece, to its to_x_m, to_y_m, to_z_m (y is 0 of a path in "
         "distances and heights), at commanded_speed_mps, blended only with the next row of its segment on the same "
         "straight line, by no more than the position tolerance leaves beside the robot's own deviation; at rest "
-        "everywhere else. Where no speed is programmed there is no factor, only that speed"
+        "everywhere else. Where no speed is programmed there is no factor but 0, only that speed; where either is 0 "
+        "there is no motion to program"
     )
 
 
-def _scaling(speed: Decimal, programmed: float) -> Decimal:
-    """Commanded over programmed speed, at most 1, never rounded up."""
+def _scaling(speed: Decimal, programmed: float | None) -> float | None:
+    """Commanded over programmed speed, at most 1, never rounded up; without one None, 0 if nothing is commanded."""
+    if not speed or programmed is None:
+        return None if speed else 0.0
     share = min(Decimal(1), speed / Decimal(repr(programmed)))
-    return share.quantize(Decimal("0.01"), rounding=ROUND_FLOOR)
+    return float(share.quantize(Decimal("0.01"), rounding=ROUND_FLOOR))

@@ -48,7 +48,7 @@ class Accuracy:
         States that could not be left out because the others do not determine the map.
     outside_states : int or None
         Of the states compared, how many lie outside the map's measured range, where it is continued, by more than
-        repeats of a state may differ; None where states are left out in turn, and for other models.
+        repeats of a state may differ; None where states are left out in turn.
     """
 
     on: str
@@ -116,16 +116,25 @@ ON_TEST = "test states"
 """What an accuracy is on if it is of states of their own, as results and tables name it."""
 
 
+INSIDE = "test states inside"
+"""The same of those inside the measured range alone."""
+
+
 def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy, ...]:
     """Accuracies of a map fitted to a dataset, the most trustworthy one first.
 
-    On the test states (those that repeat no training state) if there are any, first if they are 6 or more; on the
+    On the test states (those that repeat no training state) if there are any, first if they are 6 or more, and if some
+    of them lie outside the measured range, on those inside it alone; on the
     fitted states, and on their places, each left out in turn where that is possible; on the impacts that were to
     confirm a map, which were made only where it permitted speeds; and on all states (paper, Table II, rows Ts and All).
     """
     test = dataset.independent_test
     confirms = np.char.startswith(test.state, CONFIRMING)
     accuracies = _of_test(force_map, test.select(~confirms), ON_TEST)
+    if accuracies and accuracies[0].outside_states:
+        inside = force_map.measured_range.near(test.states.coordinates, dataset.tolerance.scale)
+        names = np.array(test.states.name)[inside]
+        accuracies += _of_test(force_map, test.select(~confirms & np.isin(test.state, names)), INSIDE)
     for left_out in (leave_one_state_out, leave_one_place_out):
         with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
             accuracies.append(left_out(force_map))

@@ -134,16 +134,17 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
     transfer = Transfer(form, campaigns, shifts, joint, int(near.sum()))
     conditions = replace(dataset.conditions, simulated=dataset.simulated or old_map.simulated)
     pressures = dataset.pressures or old_map.unmapped or old_map.other(Quantity.PRESSURE)
+    measured_range = range_of(new, campaigns)
     return ForceMap(
         name=dataset.source or "carried over",
         form=joint.form,
         coefficients=joint.regression.coefficients,
-        measured_range=range_of(new, campaigns),
+        measured_range=measured_range,
         fit=Fit(
             states=new,
             test=dataset.again.test.states,
             slower=dataset.slower_train.states.and_(_named_for(old_map)),
-            at_points=states_at_points(dataset),
+            at_points=states_at_points(dataset, measured_range),
             disagreeing=(*(_of_earlier(name) for name in old.disagreeing), *dataset.disagreeing_repeats),
             left_out=left_out,
             between_states=joint.regression,

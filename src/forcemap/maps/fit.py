@@ -178,10 +178,11 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         between_states = place_regression(data.design, data.mean, data.place, data.correlation)
     _refuse_noise(form, train.states.uncensored, dataset.tolerance)
     samples = form.design(measured.distance, measured.height, measured.speed)
+    measured_range = MeasuredRange(states.coordinates)
     fit = Fit(
         states=states,
         test=dataset.again.test.states,
-        at_points=states_at_points(dataset),
+        at_points=states_at_points(dataset, measured_range),
         disagreeing=tuple(dataset.disagreeing_repeats),
         slower=dataset.slower_train.states,
         left_out=left_out,
@@ -196,7 +197,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         name=dataset.source or "fitted",
         form=form,
         coefficients=between_states.coefficients,
-        measured_range=MeasuredRange(states.coordinates),
+        measured_range=measured_range,
         fit=fit,
         phase_two=phase_two_with_points(dataset),
         conditions=replace(dataset.conditions, simulated=dataset.simulated),
@@ -208,12 +209,15 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
     )
 
 
-def states_at_points(dataset: ImpactDataset) -> States:
+def states_at_points(dataset: ImpactDataset, measured_range: MeasuredRange) -> States:
     """The impacts at contact points alone that were made as far off the campaign's direction as its speeds hold; of
-    another quantity none."""
+    another quantity none. One that was made in a zone is at many places of it, as far as it lies in the box around the
+    measured range."""
     made = _along(dataset) if dataset.quantity is Quantity.FORCE else []
-    coordinates = np.array([(each.distance, each.height, each.speed) for each in made])
-    return States.single([each.recording for each in made], coordinates, np.array([each.force for each in made]))
+    box = np.stack([measured_range.lowest[:2], measured_range.highest[:2]], axis=1).tolist()
+    rows = [(each, place) for each in made for place in each.places(*map(tuple, box))]
+    coordinates = np.array([(*place, each.speed) for each, place in rows])
+    return States.single([each.recording for each, _ in rows], coordinates, np.array([each.force for each, _ in rows]))
 
 
 def phase_two_with_points(dataset: ImpactDataset) -> PhaseTwo:

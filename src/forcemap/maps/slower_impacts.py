@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import CONFIRMING, States
+from forcemap.campaigns.dataset import CONFIRMING, SPEED_NOT_STATED, States
 from forcemap.errors import BoundNotAvailable
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound, ToleranceBound
@@ -110,39 +110,48 @@ def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, boo
     """Impacts at contact points above a map's bound at speeds that it holds for; None without any, and whether they
     refuse it: where one lies above what 999 of 1000 states stay below, the map does not hold there.
 
-    Of a zone an impact must lie above the bound at all corners: it was made somewhere in it.
+    Of a zone an impact must lie above the bound at all places that the map holds for: it was made at one of them. One
+    slower than the map holds for there, or of a speed that is not stated, is held against its bound for slower motion.
     """
     if force_map.fit is None or not len(made := force_map.fit.at_points):
         return None, False
-    where, force = (made.distance, made.height, made.slowest), np.fmax(made.highest, made.at_least)
+    place, force = (made.distance, made.height), np.fmax(made.highest, made.at_least)
     names, impact = np.unique(made.name, return_inverse=True)
-    held = force_map.measured_range.contains(*where)
+    lowest, _ = force_map.measured_range.speeds(*place)
+    slower, speed = made.slowest < lowest, np.fmax(made.slowest, lowest)
+    held = force_map.measured_range.contains(*place, speed)
 
-    def shares(of: Bound) -> FloatArray:
-        """Force as a share of a bound, of each impact where that is highest; 0 where the map says nothing."""
-        least = np.full(len(names), np.inf)
+    def shares(of: Bound) -> tuple[FloatArray, FloatArray]:
+        """Upper bound [N] at every place, and the force of each impact as a share of it where that is lowest; 0 where
+        the map says nothing."""
         with np.errstate(all="ignore"):  # beyond the measured range
-            np.minimum.at(least, impact, np.where(held, force / of.upper(force_map, *where), 0.0))
-        return least
+            upper = of.upper(force_map, *place, speed)
+            upper = np.where(slower, np.maximum(upper, upper_of_slower(force_map, of, *place)), upper)
+            least = np.full(len(names), np.inf)
+            np.minimum.at(least, impact, np.where(held, force / upper, np.inf))
+        return upper, np.where(np.isfinite(least), least, 0.0)
 
-    share, conditions = shares(bound), force_map.conditions
+    (upper, share), conditions = shares(bound), force_map.conditions
     if not (above := share > 1).any():
         return None, False
     try:
         most = ToleranceBound(content=_NO_CHANCE, device_error=conditions.device.error_or_default)
         most.require(force_map)
-        refuses = bool((shares(most) > 1).any())
+        refuses = bool((shares(most)[1] > 1).any())
     except BoundNotAvailable:
         refuses = True
-    i = int(np.flatnonzero(impact == share.argmax())[0])
+    of_highest = np.flatnonzero((impact == share.argmax()) & held)
+    i = int(of_highest[np.argmax(upper[of_highest])])
+    stated = made.slowest[i] > SPEED_NOT_STATED
     found = Finding.of(
         FindingKind.POINTS_ABOVE_BOUND,
         names=tuple(names[above].tolist()),
         force_N=float(force[i]),
-        upper_N=float(force[i] / share.max()),
+        upper_N=float(upper[i]),
         distance_m=float(made.distance[i]),
         height_m=float(made.height[i]),
-        speed_mps=float(conditions.as_stated(made.slowest)[i]),
+        speed_mps=float(conditions.as_stated(made.slowest)[i]) if stated else None,
+        lowest_mps=float(conditions.as_stated(speed)[i]) if slower[i] else None,
         refuses=refuses or None,
     )
     return found, refuses

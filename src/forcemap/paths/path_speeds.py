@@ -23,14 +23,11 @@ from forcemap.paths.atlas import Atlas, told_apart
 from forcemap.paths.matched_maps import MatchedMaps, matched_maps
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
-from forcemap.paths.tool_path import ToolPath
+from forcemap.paths.tool_path import CORNER_ANGLE, ToolPath
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
 from forcemap.speeds.zones import Segments
-
-CORNER_ANGLE = 10.0
-"""A path that turns by more than this comes to rest there [deg]; a choice (docs/decisions.md)."""
 
 LONGEST_PIECE = 0.02
 """Longest piece of a path that gets one speed, unless stated [m]. A choice, tried in the virtual lab (docs/validity.md,
@@ -121,6 +118,8 @@ class PathSpeeds:
         Which limit gives the standard's one speed; None if it has none.
     matched : MatchedMaps
         The map or maps, and where they hold.
+    doubts : tuple of Finding
+        What must be read before these speeds are used, besides what their bases say.
     """
 
     path: ToolPath
@@ -144,6 +143,7 @@ class PathSpeeds:
     notes: tuple[Finding, ...]
     standard_of: Finding | None
     matched: MatchedMaps
+    doubts: tuple[Finding, ...] = ()
 
     @property
     def atlas(self) -> Atlas:
@@ -291,6 +291,15 @@ def _path_speeds(
             programmed = np.where(path.by_one & np.isnan(stated) & ~(programmed > speed), np.nan, programmed)
 
     refused = np.array([piece.refused for piece in outcome])
+    beside, apart = path.beside_turns(task.acceleration, ~excluded)
+    rows_apart = Finding.of(
+        FindingKind.ROWS_APART,
+        beside_m=beside,
+        apart_s=apart,
+        acceleration_mps2=task.acceleration,
+        tolerance_m=allowance.position,
+        needed_s=math.sqrt(8 * allowance.position / task.acceleration),
+    )
     driven = speed[~excluded & ~refused]
     lowest = float(driven.min()) if driven.size else math.nan
     standard = _to_program(strictest.standard[~excluded], allowance)
@@ -317,6 +326,7 @@ def _path_speeds(
         notes=_notes(matched, path, task, programmed, excluded, allowance),
         standard_of=None if math.isnan(standard) else strictest.standard_limit(~excluded, path.names),
         matched=matched,
+        doubts=(*matched.beside, *([rows_apart] if beside > allowance.position else [])),
     )
 
 

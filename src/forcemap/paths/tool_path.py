@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -23,6 +25,10 @@ MOST_PIECES = 1_000_000
 
 _FARTHEST = 10.0  # [m]; no arm reaches further, so a larger figure is in another unit
 _STANDING = 1e-6  # [m]; points this close are one place
+
+
+CORNER_ANGLE = 10.0
+"""A path that turns by more than this comes to rest there [deg]; a choice (docs/decisions.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +63,9 @@ class ToolPath:
         Segment that the file names at its last point, where no motion begins; empty if it names none there.
     speeds_of : str
         Which motion the speed stated at a point is of: "to_point", "from_point", or empty if the file does not say.
+    unseen : array, shape (n + 1,) or None
+        Longest time between two rows while the program stands at each point [s]: it may have moved and come back; None
+        for an untimed path, or one that stands nowhere.
 
     Raises
     ------
@@ -77,6 +86,7 @@ class ToolPath:
     by_one: Mask | None = None
     end_name: str = ""
     speeds_of: str = ""
+    unseen: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -122,12 +132,15 @@ class ToolPath:
         if len(points) < 2 or not (np.isfinite(points).all() and np.isfinite(time).all() and np.all(np.diff(time) > 0)):
             raise InputError("path: expected at least two finite points, and times that are finite and rise")
         arrival, departure = [0], [0]  # the rows at which the program reaches and leaves each point
+        unseen = [0.0]
         for row in range(1, len(points)):
             if np.linalg.norm(points[row] - points[arrival[-1]]) < _STANDING:
                 departure[-1] = row
+                unseen[-1] = max(unseen[-1], float(time[row] - time[row - 1]))
             else:
                 arrival.append(row)
                 departure.append(row)
+                unseen.append(0.0)
         if len(arrival) < 2:
             raise InputError("path: the contact point does not move, expected at least two points")
         wait, start = time[departure] - time[arrival], departure[:-1]
@@ -138,6 +151,7 @@ class ToolPath:
             source,
             wait if wait.any() else None,
             None if rows is None else rows[start],
+            unseen=np.array(unseen) if any(unseen) else None,
         )
 
     @classmethod
@@ -205,13 +219,45 @@ class ToolPath:
         moving = self._moving_times
         if moving is None:
             return None
-        row = np.arange(len(self)) if self.rows is None else np.unique(self.rows, return_inverse=True)[1]
-        length, time = np.bincount(row, self.lengths), np.bincount(row, moving)
-        mean = length / time
-        implied = np.concatenate([[0.0], 2 * np.abs(np.diff(mean)) / (time[1:] + time[:-1]), [0.0]])
-        gained = np.maximum(acceleration, np.maximum(implied[1:], implied[:-1])) * time
+        row, mean, _, gained = self._between_rows(moving, acceleration)
         fastest = np.where(mean > gained / 2, mean + gained / 2, np.sqrt(2 * gained * mean))
         return np.asarray(np.maximum(fastest[row], self.lengths / moving))
+
+    def beside_turns(self, acceleration: float, counts: Mask) -> tuple[float, float]:
+        """How far beside the straight lines between rows a motion may have turned [m], and the time between these [s].
+
+        Within an acceleration a a motion stays within a T^2 / 8 of the line between two rows T apart, as the error of
+        linear interpolation does. It matters where the motion turns by more than `CORNER_ANGLE`, or another segment
+        begins, beside a piece that `counts`, shape (n,); 0 where there is none, and for an untimed path.
+        """
+        moving = self._moving_times
+        if moving is None or len(self) < 2:
+            return 0.0, 0.0
+        row, _, time, gained = self._between_rows(moving, acceleration)
+        along = np.einsum("ij,ij->i", self.directions[:-1], self.directions[1:])
+        named = np.array([one != other for one, other in pairwise(self.names)])
+        turns = (row[:-1] != row[1:]) & (counts[:-1] | counts[1:])
+        turns &= named | (along < math.cos(math.radians(CORNER_ANGLE)))
+        if not turns.any():
+            return 0.0, 0.0
+        rows = np.unique(np.concatenate([row[:-1][turns], row[1:][turns]]))
+        stood = np.zeros(0) if self.unseen is None else self.unseen[1:-1][turns]
+        apart = np.concatenate([time[rows], stood])
+        beside = np.concatenate([(gained * time)[rows], acceleration * stood**2]) / 8
+        return float(beside.max()), float(apart[beside.argmax()])
+
+    def _between_rows(
+        self, moving: FloatArray, acceleration: float
+    ) -> tuple[Indices, FloatArray, FloatArray, FloatArray]:
+        """The row of each piece; of each row mean speed [m/s], time to the next one [s], and gain of speed in it [m/s].
+
+        The gain is that of an acceleration at least as large as the means of neighbouring rows imply.
+        """
+        row = np.arange(len(self)) if self.rows is None else np.unique(self.rows, return_inverse=True)[1]
+        length, time = (np.asarray(np.bincount(row, each), dtype=np.float64) for each in (self.lengths, moving))
+        mean = length / time
+        implied = np.concatenate([[0.0], 2 * np.abs(np.diff(mean)) / (time[1:] + time[:-1]), [0.0]])
+        return row, mean, time, np.maximum(acceleration, np.maximum(implied[1:], implied[:-1])) * time
 
     @property
     def _moving_times(self) -> FloatArray | None:
@@ -237,7 +283,7 @@ class ToolPath:
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         share = ((np.arange(piece.size) - first[piece]) / counts[piece])[:, None]
         points = np.vstack([self.points[piece] * (1 - share) + self.points[piece + 1] * share, self.points[-1:]])
-        time, wait, rows = None, None, None
+        time, wait, rows, unseen = None, None, None, None
         if self.time is not None:
             leaves = self.time + (0.0 if self.wait is None else self.wait)
             inner = leaves[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
@@ -247,12 +293,14 @@ class ToolPath:
             rows = piece if self.rows is None else self.rows[piece]
             if self.wait is not None:
                 wait = np.append(np.where(whole, self.wait[piece], 0.0), self.wait[-1])
+            if self.unseen is not None:
+                unseen = np.append(np.where(whole, self.unseen[piece], 0.0), self.unseen[-1])
         names = tuple(self.names[i] for i in piece)
         turning = None if self.turning is None else self.turning[piece]
         stated = None if self.stated_speeds is None else self.stated_speeds[piece]
         by_one = None if self.by_one is None else self.by_one[piece]
         bent, said = (self.deviation, turning), (self.end_name, self.speeds_of)
-        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, *said)
+        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, *said, unseen)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

@@ -20,7 +20,7 @@ from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.chosen_states import Candidates, Chosen, names_of_states, of_grid, of_spread
 from forcemap.planning.design import LARGEST, Design, angles_of, axis_of, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, expected_forces, source_of
-from forcemap.planning.plan_warnings import above_range, few_states, unchecked, unconfirmed
+from forcemap.planning.plan_warnings import above_range, few_states, planned_slow, unchecked, unconfirmed
 
 REPEATS = 3
 """Impacts of every state, unless stated; a choice."""
@@ -170,6 +170,7 @@ def plan_measurements(
             *chosen.warnings,
             *unchecked(expected_force, device, limit),
             *above_range(chosen.states, expected_force, device),
+            *planned_slow(chosen.states, tolerance.speed),
             *unconfirmed(chosen.slow, chosen.measurable, expected_force, limit, tolerance.speed),
         ),
         expected_from=source_of(expected_force, chosen.states),

@@ -9,6 +9,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.plan import Device
+from forcemap.direction import RAISED_FROM
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM
@@ -76,6 +77,13 @@ def above_range(states: FloatArray, expectation: Expectation | None, device: Dev
     if above := int(np.sum(np.fmax(factor * expected, expected + rest) > device.highest_limit)):
         figures = {"factor": factor, "rest_N": rest, "most_N": device.highest_limit}
         yield Finding.of(FindingKind.RANGE_AT_WORST, states=above, of=len(states), **figures)
+
+
+def planned_slow(states: FloatArray, apart: float) -> Iterator[Finding]:
+    """That planned states, shape (n, 3), are so slow that a robot may feel them late: by more than `apart` [m/s]."""
+    slowest = float(states[:, 2].min())
+    if slowest < RAISED_FROM - apart:
+        yield Finding.of(FindingKind.PLANNED_SLOW, slowest_mps=slowest, from_mps=RAISED_FROM)
 
 
 def unconfirmed(

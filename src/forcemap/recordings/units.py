@@ -90,7 +90,8 @@ _NO_UNIT = re.compile(
 _SHORT = 4  # letters
 _READ_WITHIN = (w for u in ForceUnit if u is not ForceUnit.COUNTS for w in _SPELLINGS[u].split() if len(w) > _SHORT)
 _WITHIN = re.compile("|".join(("kilopond", "kgf", "kilogram", "lbf", "pound", *_READ_WITHIN)), re.IGNORECASE)
-_FACTOR = re.compile(r"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z])10+\s?k?N\b|(?<![0-9])1/[0-9]", re.IGNORECASE)
+_TENFOLD = rf"10+\s?(?:{'|'.join(unit.value for unit in ForceUnit if unit is not ForceUnit.COUNTS)})\b"
+_FACTOR = re.compile(rf"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z]){_TENFOLD}|(?<![0-9])1/[0-9]", re.IGNORECASE)
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
 )
@@ -170,7 +171,7 @@ def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
         return list(_of_kind([line.strip()[1:-1].strip()], of_time))
     unit_word = _UNIT_WORD.search(line)
     after = line[unit_word.end() :] if unit_word else ""
-    if unit_word and not of_time and (factor := re.match(r"[\s:=;,|]*(10+\s?k?N\b.*)", after)):
+    if unit_word and not of_time and (factor := re.match(rf"[\s:=;,|]*({_TENFOLD}.*)", after)):
         return [factor[1]]
     if unit_word is None or re.search("[0-9]", after):  # "measuring unit for 5 kN" is no remark on units
         return []

@@ -395,7 +395,7 @@ def _known_impacts(connection: Connection, recordings: list[int], cell: int | No
 
 def _add_facts(action: Action, cell: int, campaign: int, content: CampaignContent) -> list[str]:
     """Add what the campaign shows of its cell and the register does not know; what contradicts itself is not known."""
-    days = sorted({str(day) for day in content.measured})
+    days = sorted({day for day in content.measured if day})
     if days[-1] > action.at[:10]:
         message = f"found {days[-1]}, which lies ahead of the clock; enter it when it was measured"
         raise CampaignFileError(message, file=str(content.folder / CAMPAIGN_FILE), column="date")

@@ -83,14 +83,17 @@ class CampaignContent:
 
     @property
     def measured(self) -> tuple[str | None, str | None]:
-        """First and last day of the measurements, at contact points, too, as they stood when they were registered; None
-        if none is stated."""
+        """First and last day of the measurements, at contact points, too, as they stood when they were registered.
+
+        The last is None if none is stated; so is the first if a recording was registered before one was stated: such a
+        day holds for recordings registered from then on (docs/campaign_file.md).
+        """
         points = self.folder / POINT_REGISTER
         of_points = read_register(points) if points.exists() else []
         used = [entry for entry in (*self.campaign.entries, *of_points) if entry.use is Use.USED]
-        stated = {self.campaign.conditions.date, *(entry.conditions.get(MEASURED_ON, "") for entry in used)}
-        days = stated - {""}
-        return min(days, default=None), max(days, default=None)
+        days = {entry.conditions.get(MEASURED_ON, "") for entry in used}
+        first = None if "" in days else min(days, default=None)
+        return first, max((days | {self.campaign.conditions.date}) - {""}, default=None)
 
     @property
     def binding(self) -> str:

@@ -60,7 +60,7 @@ class Released:
     campaign : int
         Number of the campaign.
     measured_from, measured_on : str or None
-        First and last day of the measurements; the first is None if it was released before the register kept it.
+        First and last day of the measurements; the first is None if it is not known, or was not kept at the release.
     calibrated, calibrated_until : str or None
         From when to when the device's calibration held; `calibrated` may be None.
     device_spring, area_spring : float or None
@@ -192,9 +192,9 @@ def _changed(name: str, release: Released, facts: Sequence[Fact]) -> list[Findin
 def _uncalibrated(release: Released) -> list[Finding]:
     """Why the calibration did not hold when it was measured; empty if it did."""
     last, until, since = release.measured_on, release.calibrated_until, release.calibrated or ""
-    if not last or not until:
+    first = release.measured_from if since else release.measured_from or last
+    if not first or not last or not until:
         return [Finding.of(FindingKind.RELEASE_CALIBRATION_UNKNOWN)]
-    first = release.measured_from or last
     if since <= first <= last <= min(until, release.at[:10]):
         return []
     figures = {"measured": first if first < since else last, "calibrated": since, "until": until}

@@ -15,10 +15,10 @@ from forcemap.files import stated_date
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas, AtlasMap
-from forcemap.report.atlas_verification import campaigns_meta
+from forcemap.report.atlas_verification import campaigns_meta, report_digest
 from forcemap.report.document import environment
 from forcemap.report.permission import headline, point_permission
-from forcemap.report.seal import seal, seal_tag
+from forcemap.report.seal import MadeFor, seal, seal_tag
 from forcemap.words import of_maps, sentences
 
 
@@ -84,9 +84,9 @@ def atlas_html(
 
 
 def _rests_on(campaign: AtlasMap, assessments: Mapping[str, CampaignAssessment]) -> str:
-    """The digest of a campaign's inputs, or of a map file the map's; empty without a map."""
+    """The digest of a campaign's report, or of a map file the map's; empty without a map."""
     if assessment := assessments.get(campaign.name):
-        return inputs_sha256(assessment.inputs)
+        return report_digest(inputs_sha256(assessment.inputs), MadeFor.of(assessment))
     return map_sha256(campaign.force_map) if campaign.force_map else ""
 
 

@@ -7,15 +7,30 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from forcemap.errors import InputError
-from forcemap.files import read_bytes
+from forcemap.files import read_bytes, sha256
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.paths.atlas import atlas_names
-from forcemap.report.seal import REPORT_FILE, is_intact, page_meta, quoted, unquoted, verify_report
+from forcemap.report.seal import (
+    REPORT_FILE,
+    MadeFor,
+    Verification,
+    is_intact,
+    page_meta,
+    quoted,
+    read_seal,
+    unquoted,
+    verify_report,
+)
 
 
 def campaigns_meta(digests: Mapping[str, str]) -> str:
-    """The campaigns of an atlas for its page, each with the digest of its inputs, of a map file that of the map."""
+    """The campaigns of an atlas for its page, each with the digest of its report, of a map file that of the map."""
     return "|".join(f"{digest or '-'} {quoted(name)}" for name, digest in digests.items())
+
+
+def report_digest(inputs_sha256: str, made_for: MadeFor) -> str:
+    """SHA-256 of what a report rests on and what it is made for: of another bound or area it is another report."""
+    return sha256(f"{inputs_sha256} {made_for.text}".encode())
 
 
 @dataclass(frozen=True)
@@ -28,6 +43,8 @@ class AtlasVerification:
         True if the page is as it was written.
     changed, vanished, new : tuple of str
         Campaigns whose inputs or map, or whose report, are not those of the page; that are gone; that it does not know.
+    not_compared : tuple of str
+        Campaigns of which all that could be compared is as then, but not a table of limits that is no file of theirs.
     software, date : str
         What made the page, and the date it states.
     """
@@ -36,12 +53,18 @@ class AtlasVerification:
     changed: tuple[str, ...]
     vanished: tuple[str, ...]
     new: tuple[str, ...]
+    not_compared: tuple[str, ...]
     software: str
     date: str
 
     @property
     def holds(self) -> bool:
-        """True if nothing changed."""
+        """True if nothing changed, and all that it rests on was compared."""
+        return self.nothing_changed and not self.not_compared
+
+    @property
+    def nothing_changed(self) -> bool:
+        """True if nothing that was compared changed."""
         return self.intact and not (self.changed or self.vanished or self.new)
 
 
@@ -59,20 +82,33 @@ def verify_atlas(page: str | Path, atlas: str | Path) -> AtlasVerification:
         raise InputError("this page does not say what it rests on; write the reports again", file=str(page))
     then = {unquoted(name): digest for digest, name in (each.split(" ", 1) for each in stated.split("|"))}
     root, names = atlas_names(atlas)
+    known = [name for name in names if name in then]
+    reports = {name: _report(root / name) for name in known if (root / name).is_dir()}
+    digests = {name: _digest_now(root / name, reports.get(name)) for name in known}
+    as_then = [name for name in known if digests[name] == then[name]]
     return AtlasVerification(
         intact=is_intact(content),
-        changed=tuple(name for name in names if name in then and not _as_then(root / name, then[name])),
+        changed=tuple(name for name in known if name not in as_then),
         vanished=tuple(name for name in then if name not in names),
         new=tuple(name for name in names if name not in then),
+        not_compared=tuple(name for name in as_then if (one := reports.get(name)) and one.tables_not_compared),
         software=meta.get("generator", ""),
         date=meta.get("forcemap-date", ""),
     )
 
 
-def _as_then(campaign: Path, digest: str) -> bool:
-    """Whether a campaign of an atlas, with its report, or a map file, is that of this digest."""
-    if not campaign.is_dir():
-        return map_sha256(read_map(campaign)) == digest
+def _report(campaign: Path) -> Verification | None:
+    """The report of a campaign beside its folder; None if it is gone."""
     report = campaign / REPORT_FILE
-    found = verify_report(report, campaign) if report.exists() else None
-    return found is not None and found.nothing_changed and found.digest == digest
+    return verify_report(report, campaign) if report.exists() else None
+
+
+def _digest_now(campaign: Path, report: Verification | None) -> str:
+    """The digest of a campaign of an atlas as it is now, of a map file that of the map; empty if what it rests on is
+    not that of its report."""
+    if not campaign.is_dir():
+        return map_sha256(read_map(campaign))
+    if report is None or not report.nothing_changed:
+        return ""
+    file = campaign / REPORT_FILE
+    return report_digest(report.digest, read_seal(read_bytes(file), str(file)).made_for)

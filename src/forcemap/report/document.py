@@ -22,6 +22,7 @@ from forcemap.assessment.state_results import StateResult
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.not_stated import Matters
 from forcemap.campaigns.recordings_table import Use
+from forcemap.direction import ON_AXIS, WIDEST_ANGLE
 from forcemap.files import stated_date
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
@@ -99,6 +100,7 @@ def report_html(
             sheets=sheets(assessment),
             rests_on=_rests_on(assessment),
             straight=_depended_on(assessment, FindingKind.ALONG_ONLY),
+            around=_depended_on(assessment, FindingKind.AROUND_THE_BASE),
             transient=_depended_on(assessment, FindingKind.TRANSIENT_FREE),
             slower=_depended_on(assessment, FindingKind.SLOWER_UNMEASURED),
             overshoot=_depended_on(assessment, FindingKind.OVERSHOOT),
@@ -162,7 +164,7 @@ def environment() -> Environment:
         enum.__name__: enum
         for enum in (Contact, FindingKind, Interpretation, Matters, PointOutcome, Use, VerdictOutcome)
     }
-    environment.globals["mark"] = MARK
+    environment.globals |= {"mark": MARK, "on_axis": ON_AXIS, "widest": WIDEST_ANGLE}
     environment.tests |= {"gone": lambda part: isinstance(part, Missing), "nan": _is_nan}
     return environment
 
@@ -241,7 +243,11 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     )
     springs = [_spring(limit, c).statement for limit in a.limits if limit.permitted]
     stiffer = [each for each in springs if each and each.kind is FindingKind.SPRING_STIFFER]
-    measured = "; ".join([measured, *sentences(stiffer)])
+    softer = [f"{each.figure('area_N_per_m') / 1000:g} N/mm of {each.figure('area')}" for each in stiffer]
+    if len(softer) > 1:
+        measured += f"; its spring is stiffer than the {', '.join(softer)}: forces read higher on it as a rule"
+    else:
+        measured = "; ".join([measured, *sentences(stiffer)])
     source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
     bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
     if isinstance(a.bound, ToleranceBound):

@@ -15,6 +15,7 @@ from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.assessment.point_results import PointOutcome, PointResult
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.protocol import Protocol
+from forcemap.direction import WIDEST_ANGLE
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
@@ -26,7 +27,7 @@ _LISTED = 6  # names in a sentence; the others are counted
 
 def headline(results: PlaceSpeeds) -> dict[str, Any]:
     """What is permitted for one body area and kind of contact, in a word and a line."""
-    shown = {"results": results, "word": "NO PERMISSION", "kind": "refused", "places": 0}
+    shown = {"results": results, "word": "NO PERMISSION", "kind": "refused", "places": 0, "off_axis": ""}
     if not results.limit.permitted:
         return shown | {"word": "NOT PERMITTED", "speeds": _NO_CONTACT}
     if isinstance(results.speeds, Missing):
@@ -39,7 +40,10 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
         return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
     program = _between(results.slowest_to_program, results.fastest_to_program)
     speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
-    speeds += ", place by place" if results.fastest > results.slowest else ""
+    speeds += ", there and between" if results.fastest > results.slowest else ""
+    off = results.to_program_off_axis
+    other = f"{_between(off[0], off[-1])} at {len(off)} of them" if len(off) else "no speed"
+    shown["off_axis"] = f"up to {WIDEST_ANGLE:g} degrees off the direction: {other}"
     word = f"PERMITTED BY THE {'CONFIRMED ' * bool(results.confirmed_by)}MAP"
     if results.confirmed == inside and results.open_box is None:
         return shown | {"word": f"{word} at all places", "kind": "confirmed", "speeds": speeds}
@@ -129,8 +133,8 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
             alone = result.confirmed_by if point.by_measurements else ()
             confirmed_by = ("",) if alone else result.confirmed_by
             programmed = "" if math.isnan(point.programmed) else f", now {point.programmed:g}"
-            named = f"{point.name} (program at most {floor_speed(result.speed)} m/s{programmed}{_counted(alone)}"
-            named += f"{_if_reason(result)})"
+            named = f"{point.name} (program at most {floor_speed(result.speed)} m/s{_off(result)}{programmed}"
+            named += f"{_counted(alone)}{_if_reason(result)})"
             groups.setdefault((point.limit, point.contact, confirmed_by, pressure_words(result)), []).append(named)
     return [
         f"Contact {'points' if len(named) > 1 else 'point'} {', '.join(named)}, {_limit(limit, contact)}: "
@@ -152,9 +156,19 @@ def cell_words(assessment: CampaignAssessment | AssessedPoints) -> str:
     if assessment.simulated:
         return "Whether the cell may run as programmed does not follow: the impacts are simulated."
     said = "At these contact points the cell may run as programmed"
+    if straight := [result.point.name for result in points if result.straight_only]:
+        said += f", at {', '.join(straight)} only straight along the direction"
     if any(result.outcome is PointOutcome.BY_MAP for result in points):
         said += " once impacts confirm the map (forcemap confirm)"
     return f"{said}{', if nothing under Read this first speaks against it' if assessment.findings else ''}."
+
+
+def _off(result: PointResult) -> str:
+    """The speed of a point up to 5 degrees off the direction; empty if it is the same."""
+    if result.off_axis is None:
+        return ""
+    off = "no speed" if math.isnan(result.off_axis) else f"{floor_speed(result.off_axis)} m/s"
+    return f", {off} up to {WIDEST_ANGLE:g} degrees off"
 
 
 def _counted(impacts: tuple[str, ...]) -> str:

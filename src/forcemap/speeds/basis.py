@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import (
     DISAGREEMENT,
+    SPEED_NOT_STATED,
     Binding,
     BindingState,
     Conditions,
@@ -188,7 +189,8 @@ def basis_of(
         _require_measured(force_map, basis.newtons)
     off_axis = raised_off_axis(angle)
     kind = FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY
-    direction = Finding.of(kind, widest_deg=WIDEST_ANGLE, angle_deg=angle, raised=RAISED_OFF_AXIS - 1)
+    off: dict[str, Any] = {"off_mps": None, "no_off": None}  # at a contact point these are told
+    direction = Finding.of(kind, widest_deg=WIDEST_ANGLE, angle_deg=angle, raised=RAISED_OFF_AXIS - 1, **off)
     transfer = fit.transfer if (fit := force_map.fit) else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     slower = cover_slower(force_map)
@@ -317,7 +319,9 @@ class Exceedance:
 
     def finding(self, force_map: ForceMap, limits: FloatArray, *, names: tuple[str, ...]) -> Finding:
         """That it, the highest of several with `names`, exceeded the lowest of these limits, shape (n,)."""
-        where = dict(zip(("distance_m", "height_m", "speed_mps"), self.place, strict=True))
+        where: dict[str, float | None] = dict(zip(("distance_m", "height_m", "speed_mps"), self.place, strict=True))
+        if self.place[2] <= SPEED_NOT_STATED:
+            where["speed_mps"] = None
         unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
         figures = {"names": names, "force_N": self.force, "limit": float(limits[self.limits].min())}
         return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **where, **unit)
@@ -491,9 +495,12 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
             notes.append(Finding.of(kind, **figures))
 
     note(kind.PERSON_AT_REST)
+    angle = force_map.conditions.base_angle
+    note(kind.AROUND_THE_BASE, angle_deg=None if math.isnan(angle) else angle)
     measured = np.concatenate([force_map.measured_range.lowest[2:], *(s.speed for s in (fit.of_table if fit else ()))])
-    lowest = float(force_map.conditions.as_stated(measured).min())
-    note(kind.SLOWER_UNMEASURED, not len(force_map.slower), lowest_mps=lowest)
+    lowest, stated = float(measured.min()), float(force_map.conditions.as_stated(measured).min())
+    slowest = {"lowest_mps": lowest, "stated_mps": stated if stated > lowest else None}
+    note(kind.SLOWER_UNMEASURED, not len(force_map.slower), **slowest)
     note(kind.PRESSURE_NOT_ASSESSED)
     note(kind.DEVICE_RANGE_NOT_STATED, math.isnan(force_map.device_range))
     device = force_map.conditions.device

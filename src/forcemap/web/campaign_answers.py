@@ -138,13 +138,20 @@ def _table_only(path: Path) -> dict[str, Any]:
     dataset = impacts_of(path)
     states = dataset.as_stated.states
     role = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
-    roles, coordinates = [role[name] for name in states.name], (states.distance, states.height, states.speed)
     impacts = states.impacts + states.censored
     return _measured(dataset) | {
         "conditions": _conditions(dataset.conditions),
         "states_done": len(states),
         "states": StateProgress.of_columns(
-            states.name, roles, *coordinates, impacts, impacts, [()] * len(states), states.force
+            state_id=states.name,
+            role=[role[name] for name in states.name],
+            distance_m=states.distance,
+            height_m=states.height,
+            speed_mps=states.speed,
+            planned=impacts,
+            used=impacts,
+            missing=[()] * len(states),
+            force_N=states.force,
         ),
     }
 
@@ -152,11 +159,19 @@ def _table_only(path: Path) -> dict[str, Any]:
 def _states(campaign: fm.Campaign, forces: dict[str, float]) -> list[StateProgress]:
     plan, names, lacking, used = campaign.plan, campaign.plan.states, set(campaign.missing), _used(campaign)
     first, recording = [plan.first_row[name] for name in names], plan.recording
-    planned = (plan.role[first], plan.distance[first], plan.height[first], plan.speed[first])
     runs = [recording[plan.state_id == name].tolist() for name in names]
     missing = [[run for run in of_state if run in lacking] for of_state in runs]
-    counts = (map(len, runs), [used[name] for name in names])
-    return StateProgress.of_columns(names, *planned, *counts, missing, map(forces.get, names))
+    return StateProgress.of_columns(
+        state_id=names,
+        role=plan.role[first],
+        distance_m=plan.distance[first],
+        height_m=plan.height[first],
+        speed_mps=plan.speed[first],
+        planned=map(len, runs),
+        used=[used[name] for name in names],
+        missing=missing,
+        force_N=map(forces.get, names),
+    )
 
 
 def _used(campaign: fm.Campaign) -> Counter[str]:

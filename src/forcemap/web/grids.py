@@ -109,6 +109,7 @@ def speed_grid(campaign_map: CampaignMap, question: Resolution) -> SpeedGrid:
     outcome, program = (_positions(outcomes, _OUTCOMES) for outcomes in (speeds.outcome, speeds.to_program_outcome))
     reasons = tuple(dict.fromkeys([*speeds.reason.ravel().tolist(), *speeds.to_program_reason.ravel().tolist()]))
     reason, program_reason = (_positions(findings, reasons) for findings in (speeds.reason, speeds.to_program_reason))
+    states = force_map.require_fit().states
     return SpeedGrid(
         distance_m=d.tolist(),
         height_m=h.tolist(),
@@ -122,7 +123,7 @@ def speed_grid(campaign_map: CampaignMap, question: Resolution) -> SpeedGrid:
         to_program_outcome=program.tolist(),
         to_program_reason=program_reason.tolist(),
         contours=contours(d, h, speeds.speed_to_program),
-        measured=PlaceAndSpeed.of_columns(*force_map.require_fit().states.coordinates.T),
+        measured=PlaceAndSpeed.of_columns(distance_m=states.distance, height_m=states.height, speed_mps=states.speed),
         **rests_on(force_map, speeds.basis, campaign_map.limits.statements),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
 from forcemap.findings import FindingKind
 from forcemap.planning.confirm import Confirmed
-from forcemap.speeds.basis import doubts_of_fit
+from forcemap.speeds.basis import doubts_of_fit, unconfirmed
 from forcemap.web.campaign_answers import problem_words
 from forcemap.web.fitted_campaign import FittedCampaign, fitted_campaign, impacts_of
 from forcemap.web.limits import Limits
@@ -215,6 +215,10 @@ def _of(asked: _Asked) -> Case:
     figures |= {"permitted": int(permitted.sum()), "worst": worst}
     figures["share"] = permitted.sum() / known.sum() if known.any() else None
     if not permitted.any():
+        nothing_to_confirm = unconfirmed(speeds.basis.warnings)
+        said = tuple(each for each in speeds.basis.warnings if each not in nothing_to_confirm)
+        basis = replace(speeds.basis, warnings=said)
+        figures["rests_on"] = RestsOn(**rests_on(force_map, basis, asked.notes))
         return Case(state="nowhere", reason=worst.reason if worst else "nothing was measured at any place", **figures)
     both = np.append(speeds.speed_to_program, fine.speeds.speed_to_program)
     figures |= {"lowest_speed_mps": np.nanmin(both), "highest_speed_mps": np.nanmax(both)}
