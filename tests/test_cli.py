@@ -330,6 +330,14 @@ def test_evaluate_counts_the_states_above_the_bound(ask, forcemap, example_folde
     own = ask("evaluate", table, "--map", tmp_path / "own.json")[1]
     assert own["new_states"] == len(fm.read_dataset(table).states) - 27
     assert own["new_states_above_bound"] == [hot]
+    rows = fm.read_dataset(table)
+    few = tmp_path / "few.csv"
+    names = [*rows.train.states.name, *rows.independent_test.states.name[:5]]
+    fm.write_dataset(rows.select(np.isin(rows.state, names)), few)
+    for source, first in ((table, "states not fitted"), (few, "all states")):  # of few the largest error tells little
+        assert ask("evaluate", source, "--map", tmp_path / "own.json")[1]["accuracies"][0]["on"] == first
+    out = " ".join(forcemap("evaluate", few, "--map", tmp_path / "own.json")[1].split())
+    assert "27 of which the map was fitted to" in out
     (tmp_path / "campaign.toml").write_text('schema = "forcemap-campaign/1"\n[robot]\nspeed_error = 0.02\n')
     again = ask("evaluate", table, "--map", tmp_path / "own.json")[1]  # other speeds, the same table: still its own
     assert again["new_states"] == own["new_states"]

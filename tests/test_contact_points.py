@@ -20,6 +20,7 @@ from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_p
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, point_results
 from forcemap.campaigns.not_stated import Matters, not_stated
+from forcemap.campaigns.point_list import AtPoint
 from forcemap.campaigns.point_recordings import point_files, register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
 from forcemap.errors import CampaignFileError, TableError
@@ -1134,6 +1135,45 @@ def test_a_zone_much_larger_than_the_map_hides_no_impact_in_it(copied_cell, zone
     speed, _, kinds = speed_of_the_map(copied_cell, 500.0, recorded_at_mps="0.25", **zone)
     assert math.isnan(speed)
     assert FindingKind.POINTS_ABOVE_BOUND in kinds
+
+
+def test_a_zone_over_a_map_of_a_thin_strip_of_places_has_places_in_it():
+    """Measured along a line aslant: even steps over the box miss it."""
+    made = AtPoint("points/P1.csv", "down", (0.4, 1.0), (0.1, 0.5), 0.2, 300.0, 300.0, 0.0, None)
+    measured = np.array([[0.5, 0.2], [0.617, 0.2411], [0.9, 0.4]])
+    found = made.places(measured)
+    assert {tuple(place) for place in measured.tolist()} <= {*found}
+    assert {(0.5, 0.4), (0.9, 0.2)} <= {*found}  # the ends of the box around them
+    assert not any(d < 0.5 or d > 0.9 or h < 0.2 or h > 0.4 for d, h in found)
+    assert AtPoint(*made[:2], (0.7, 0.7), (0.3, 0.3), *made[4:]).places(measured) == [(0.7, 0.3)]
+    (beyond,) = AtPoint(*made[:2], (2.0, 2.5), (0.7, 0.7), *made[4:]).places(measured)
+    assert beyond == (2.0, 0.7)
+
+
+def test_a_reason_that_is_typed_in_after_a_file_is_gone_takes_nothing_out(copied_cell):
+    """Who takes a recording out states why while it is there, and collects."""
+    of_point(copied_cell, [203.3, 204.3, 205.3])
+    for number in (1, 2, 3):
+        save(copied_cell / "points" / f"Q-{number}.csv", *pulse(300.0 + number, rate=1000.0, seed=number))
+    registered_points(copied_cell)
+    spot = {"contact_site": "finger", "direction": "in", "rests_on": "measurements", "recorded_at_mps": "0.25"}
+    listed = {**spot, "recordings": "points/P1-*"}, {**spot, "point_id": "P2", "recordings": "points/Q-*"}
+    assert judged(copied_cell, *listed)[0].outcome is PointOutcome.NOT_PERMITTED
+    table = copied_cell / "point_recordings.csv"
+    kept = table.read_bytes()
+    for there, outcome in ((True, PointOutcome.CONFIRMED), (False, PointOutcome.NOT_PERMITTED)):
+        table.write_bytes(kept)
+        rows = list(csv.DictReader(io.StringIO(table.read_text())))
+        with table.open("w", newline="") as file:
+            writer = csv.DictWriter(file, rows[0].keys())
+            writer.writeheader()
+            writer.writerows(row | {"exclude": "slipped" * row["file"].startswith("points/Q-")} for row in rows)
+        if there:
+            registered_points(copied_cell)
+        else:
+            for number in (1, 2, 3):
+                (copied_cell / "points" / f"Q-{number}.csv").unlink()
+        assert judged(copied_cell, *listed)[0].outcome is outcome, there
 
 
 @pytest.mark.parametrize("rows", ["moved", "removed"])

@@ -183,6 +183,23 @@ def test_a_map_says_that_it_begins_slower_than_tilted_motion_was_tried_by_its_sp
     assert (fm.FindingKind.SLOWER_THAN_RAISED in kinds) == said
 
 
+@pytest.mark.parametrize(("error", "said"), [(0.0, False), (0.1, True)])
+def test_a_speed_off_the_direction_is_not_shown_without_what_is_not_known_of_slower_tilted_motion(
+    error, said, tmp_path, ask
+):
+    """Beside the speed along it, in answers, reports and at contact points, where there is one."""
+    folder = fm.copy_example("ur10e", tmp_path / "cell")
+    toml = folder / "campaign.toml"
+    toml.write_text(toml.read_text().replace("[robot]\n", f"[robot]\nspeed_error = {error}\n", 1))
+    hand = ("--area", "back_of_hand", "--contact", "transient")
+    for height, shown in ((0.4, True), (0.15, False)):
+        _, answer = ask("speed", folder, "--distance", "0.6" if height < 0.2 else "0.8", "--height", height, *hand)
+        assert (answer["off_direction_to_program_mps"] is not None) == shown
+        assert any("single tilted impacts" in line for line in answer["warnings"]) == (said and shown)
+    found = fm.assess_campaign(folder, limits=[fm.force_limit("back_of_hand")])
+    assert any(each.kind is fm.FindingKind.SLOWER_THAN_RAISED for each in found.findings) == said
+
+
 @pytest.mark.parametrize("beside", ["a training state", "a test state"])
 def test_impacts_that_were_to_confirm_a_map_keep_their_name_beside_other_states(beside):
     """By it they are known: one that fails refuses every speed."""

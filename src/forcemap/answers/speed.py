@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import FixedMargin
 from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.basis import Basis
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
 
 SLOWEST_HINT = 0.02
@@ -125,8 +127,15 @@ class SpeedAnswer(RestsOn):
             accuracy=accuracy,
             governed_by=speed.governed_by,
             quantities=_of_quantities(speed),
-            **rests_on(force_map, speed.basis, notes),
+            **rests_on(force_map, _saying(speed.basis, off_direction), notes),
         )
+
+
+def _saying(basis: Basis, off_direction: SafeSpeed) -> Basis:
+    """A basis that says first what must be read before a speed off the direction is used, too, if there is one."""
+    if math.isnan(off_direction.speed_to_program):
+        return basis
+    return replace(basis, warnings=(*basis.warnings, *off_direction.basis.warnings_beyond(basis)))
 
 
 def _at_lowest(force_map: ForceMap, place: tuple[float, float], speed: SafeSpeed) -> ForcesAtLowest | None:

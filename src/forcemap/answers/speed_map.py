@@ -55,7 +55,7 @@ class StandardAnswer(Answer):
     lowest_predicted_force_N: Figure = of("lowest_predicted")
     highest_predicted_force_N: Figure = of("highest_predicted")
     moving_mass_kg: float = of("moving_mass")
-    payload_kg: float = of("payload")
+    payload_kg: Figure = of("payload")
 
     @property
     def lines(self) -> list[str]:
@@ -69,7 +69,8 @@ class StandardAnswer(Answer):
         if low is not None and high is not None:
             forces = f"the map predicts {low:.0f} to {high:.0f} N at it"
         speed = f"{floor_speed(self.speed_mps)} m/s everywhere"
-        masses = f"moving mass {self.moving_mass_kg:g} kg, payload {self.payload_kg:g} kg, body part held in place"
+        payload = "not stated, so 0 kg" if self.payload_kg is None else f"{self.payload_kg:g} kg"
+        masses = f"moving mass {self.moving_mass_kg:g} kg, payload {payload}, body part held in place"
         lines = [f"the standard's contact model: {speed} ({masses}), confirmed by no measurement; {forces}"]
         if fastest is None:
             return lines

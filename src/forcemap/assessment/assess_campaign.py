@@ -393,21 +393,29 @@ def _findings(
     points: tuple[PointResult, ...] | Missing,
 ) -> tuple[Finding, ...]:
     """What must be read before the results of a campaign are used, what weighs most first."""
-    said = (*stated.findings, *_straight_only(points), *_unconfirmed(speeds), *measured.findings)
+    said = (*stated.findings, *_of_points(points), *_of_speeds(speeds), *measured.findings)
     return (*fitted.weakness, *said, *fitted.doubts)
 
 
-def _straight_only(points: tuple[PointResult, ...] | Missing) -> list[Finding]:
-    """That contact points are permitted as programmed only for motion straight along the direction; none if all are."""
-    names = () if isinstance(points, Missing) else tuple(each.point.name for each in points if each.straight_only)
+def _of_points(points: tuple[PointResult, ...] | Missing) -> list[Finding]:
+    """Which contact points are permitted as programmed only for motion straight along the direction, and what must be
+    read before the speeds off it are used."""
+    if isinstance(points, Missing):
+        return []
+    names = tuple(each.point.name for each in points if each.straight_only)
     figures = {"names": names, "straight_deg": ON_AXIS, "widest_deg": WIDEST_ANGLE}
-    return [Finding.of(FindingKind.POINT_STRAIGHT_ONLY, **figures)] if names else []
+    straight = [Finding.of(FindingKind.POINT_STRAIGHT_ONLY, **figures)] * bool(names)
+    return list(dict.fromkeys([*straight, *(doubt for each in points for doubt in each.warnings_off_axis)]))
 
 
-def _unconfirmed(speeds: Iterable[PlaceSpeeds]) -> list[Finding]:
-    """That nobody has measured whether the map holds at the speeds that are given, each once."""
-    given = (part.speeds.speeds.basis for part in speeds if part.confirmed and not isinstance(part.speeds, Missing))
-    return list(dict.fromkeys(doubt for basis in given for doubt in unconfirmed(basis.warnings)))
+def _of_speeds(speeds: Iterable[PlaceSpeeds]) -> list[Finding]:
+    """That nobody has measured whether the map holds at the speeds that are given, and what is said of those off the
+    direction alone, each once."""
+    said = []
+    for part in speeds:
+        if part.confirmed and not isinstance(part.speeds, Missing):
+            said += [*unconfirmed(part.speeds.speeds.basis.warnings), *part.warnings_off_axis]
+    return list(dict.fromkeys(said))
 
 
 def _none_confirms(*_: Any) -> ConfirmationResult | None:
@@ -496,7 +504,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
         points,
         stated.conditions,
         stated.protocol,
-        (*fitted.weakness, *stated.findings, *_straight_only(points), *said, *fitted.doubts),
+        (*fitted.weakness, *stated.findings, *_of_points(points), *said, *fitted.doubts),
         simulated or any(impact.simulated for result in judged for impact in result.impacts),
     )
 

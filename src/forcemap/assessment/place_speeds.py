@@ -157,6 +157,13 @@ class PlaceSpeeds:
         return np.asarray(program[~np.isnan(program)])
 
     @property
+    def warnings_off_axis(self) -> tuple[Finding, ...]:
+        """What must be read before these are used, besides what is said of speeds along the direction."""
+        if self.off_axis is None or isinstance(self.speeds, Missing) or not self.to_program_off_axis.size:
+            return ()
+        return self.off_axis.speeds.basis.warnings_beyond(self.speeds.speeds.basis)
+
+    @property
     def unconfirmed(self) -> int:
         """Number of other places inside the measured range."""
         return sum(len(group.places) for group in self.open_places)

@@ -20,7 +20,7 @@ from forcemap.campaigns.point_list import POINTS_FOLDER, names_file
 from forcemap.campaigns.point_recordings import POINT_FILMS, PointRecording, point_names, point_recordings
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.recorded_impacts import RecordedImpacts
-from forcemap.campaigns.recordings_table import PLANNED, PRESSURE_FROM, REGISTER_FILE, Entry, Use
+from forcemap.campaigns.recordings_table import PLANNED, PRESSURE_FROM, REGISTER_FILE, Entry, Use, row_sha256
 from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
 from forcemap.direction import WIDEST_ANGLE, same_direction
@@ -195,7 +195,9 @@ def _registered_near(
     """Whether a recording that shows nothing any more, as it is gone, another, read otherwise or `moved`, came near the
     limit when it was registered, or had a film."""
     entry, limit = recording.entry, point.limit
-    if (recording.doubt is None and not moved) or entry is None or entry.exclude or not limit.permitted:
+    if (recording.doubt is None and not moved) or entry is None or not limit.permitted:
+        return False
+    if entry.exclude and entry.row_sha256 == row_sha256(entry):  # as it was collected
         return False
     forces = (entry.peak_force, entry.raw_peak_force, entry.phase2_force)
     near = any(force > _NEAR * limit.force(Contact.QUASI_STATIC) for force in forces)
@@ -254,8 +256,8 @@ def _planned(
         for point, pattern in named:
             if pattern_fits(pattern, state, recording.entry.name):
                 found.setdefault((point.name, pattern), []).append(_of_campaign(campaign, point, recording, films))
+        moved = _moved(campaign, recording)
         for point, patterns in points.values():
-            moved = _moved(campaign, recording)
             if not (moved or _is_at(point, _place(campaign, recording), tolerance)):
                 continue
             if any(pattern_fits(pattern, state, recording.entry.name) for pattern in patterns):

@@ -76,6 +76,8 @@ class PointResult:
         Its photograph's file, there or not.
     pressed : bool
         True if the permission holds for the pressure, too: by a map of it, and of every impact that confirms the point.
+    warnings_off_axis : tuple of Finding
+        What must be read before `off_axis` is used.
     """
 
     point: ContactPoint
@@ -87,6 +89,7 @@ class PointResult:
     confirmed_by: tuple[str, ...]
     photograph: Path | None
     pressed: bool = False
+    warnings_off_axis: tuple[Finding, ...] = ()
 
     @property
     def words(self) -> str:
@@ -115,7 +118,8 @@ class PointResult:
     @property
     def straight_only(self) -> bool:
         """True if its program is permitted only for motion straight along the direction."""
-        return self.off_axis is not None and not self.point.programmed <= self.off_axis and self.point.programmed > 0
+        off, programmed = self.off_axis, self.point.programmed
+        return off is not None and (programmed > off or (math.isnan(off) and not math.isnan(programmed)))
 
     @property
     def program_at_most(self) -> float:
@@ -139,6 +143,7 @@ class _Part:
     lacks: tuple[Finding, ...] = ()
     confirmed_by: tuple[str, ...] = ()
     pressed: bool = False
+    warnings_off_axis: tuple[Finding, ...] = ()
 
 
 def point_results(
@@ -220,6 +225,7 @@ def _result(
         confirmed_by=() if lacks else confirmed_by,
         photograph=folder / PHOTOGRAPHS_FOLDER / point.photograph if point.photograph else None,
         pressed=not lacks and all(part.pressed for part in parts),
+        warnings_off_axis=() if lacks else tuple(doubt for part in parts for doubt in part.warnings_off_axis),
     )
 
 
@@ -263,7 +269,8 @@ def _by_map(
         refusal = speeds.basis.export_refusal
         near = {"grown_m": allowance.position or None, "raised": raised_off_axis(angle) - 1 or None}
         straight = [note for note in speeds.basis.notes if note.kind is FindingKind.ALONG_ONLY]
-        off_axis = zone_speeds(force_map, zones, **case, angle=WIDEST_ANGLE).speed_to_program
+        off_axis = zone_speeds(force_map, zones, **case, angle=WIDEST_ANGLE) if straight else speeds
+        doubts = off_axis.basis.warnings_beyond(speeds.basis)
         lowest = Finding.of(FindingKind.POINT_LOWEST_NEAR, **near)
         asked = {"area": limit.name, "contact": contact.value, "grown_m": allowance.position or None}
         for i, point in enumerate(group):
@@ -279,9 +286,10 @@ def _by_map(
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked, **ways)
             result, beside = confirmed(limit, contact, bound), _tolerance(conditions).place
             part = _mapped(float(speeds.speed_to_program[i]), reason, result, point, beside)
-            along = [_with_off_axis(note, float(off_axis[i])) for note in straight]
+            along = [_with_off_axis(note, float(off_axis.speed_to_program[i])) for note in straight]
             rests_on = (*along, *part.rests_on, lowest) if part.rests_on else ()
-            parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
+            pressed = force_map.other(Quantity.PRESSURE) is not None
+            parts[point.name] = replace(part, rests_on=rests_on, pressed=pressed, warnings_off_axis=doubts)
     return parts
 
 

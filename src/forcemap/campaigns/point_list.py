@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.recordings_table import Entry, read_register, row_sha256
@@ -56,12 +57,16 @@ class AtPoint(NamedTuple):
     phase2: float
     scenario: ContactScenario | None
 
-    def places(self, distance: tuple[float, float], height: tuple[float, float]) -> list[tuple[float, float]]:
-        """Places all over the part of its zone that lies within these ends [m], at its edges, too.
+    def places(self, measured: FloatArray) -> list[tuple[float, float]]:
+        """Places all over the part of its zone that lies in the box around measured ones, shape (m, 2) [m].
 
-        A zone does not say where in it a recording was made. Of one that lies beyond there is one place, beyond.
+        A zone does not say where in it a recording was made. The ends of that part and the measured places in it are
+        among them, for these fill a thin strip that even steps may pass over. Of a zone beyond there is one, beyond.
         """
-        return list(itertools.product(_spread(self.distance, distance), _spread(self.height, height)))
+        (low, high), box = np.transpose([self.distance, self.height]), (measured.min(axis=0), measured.max(axis=0))
+        even = itertools.product(*(_spread(*axis) for axis in zip(low, high, *box, strict=True)))
+        within = measured[((low <= measured) & (measured <= high)).all(axis=1)]
+        return list(dict.fromkeys([*even, *map(tuple, within.tolist())]))
 
 
 def point_table(content: bytes, file: str) -> Table:
@@ -160,7 +165,7 @@ def _force(entry: Entry) -> float:
     return float(np.fmax(entry.peak_force, entry.phase2_force))
 
 
-def _spread(ends: tuple[float, float], within: tuple[float, float]) -> list[float]:
-    """Values from end to end of the part of a range that lies within another; one value if none does."""
-    low, high = max(ends[0], within[0]), min(ends[1], within[1])
-    return [ends[0]] if low > high else np.unique(np.linspace(low, high, _STEPS)).tolist()
+def _spread(low: float, high: float, near: float, far: float) -> list[float]:
+    """Values from end to end of the part of a range that lies between near and far; one value if none does."""
+    first, last = max(low, near), min(high, far)
+    return [low] if first > last else np.unique(np.linspace(first, last, _STEPS)).tolist()

@@ -40,6 +40,7 @@ from forcemap.cli.output import (
 from forcemap.comparisons.map_check import fitted_states
 from forcemap.comparisons.slowest_speeds import compare_slowest_speeds
 from forcemap.errors import few
+from forcemap.maps.accuracy import FEWEST_TESTS
 from forcemap.maps.forms import FORMS
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
@@ -117,11 +118,13 @@ def evaluate(
 
 
 def _of_new(force_map: fm.ForceMap, dataset: fm.ImpactDataset, new: fm.ImpactDataset) -> tuple[fm.Accuracy, ...]:
-    """The accuracy of a map on all states, and before it on those that it was not fitted to if it was to others."""
+    """The accuracy of a map on all states, and on those that it was not fitted to if it was to others: first if they
+    are 6 or more, for of fewer the largest error says next to nothing."""
     of_all = fm.force_map_accuracy(force_map, dataset)
     if len(new) == len(dataset) or not len(new) or not (new.states.impacts > 0).any():
         return (of_all,)
-    return fm.force_map_accuracy(force_map, new, on="states not fitted"), of_all
+    of_new = fm.force_map_accuracy(force_map, new, on="states not fitted")
+    return (of_new, of_all) if of_new.states >= FEWEST_TESTS else (of_all, of_new)
 
 
 def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
@@ -214,7 +217,7 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     verdict = (
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}"
-        f"{outside_words(first)}"
+        f"{outside_words(first)}{_fitted_words(answer)}"
     )
     if len(answer.accuracies) == 1 and answer.places is not None and answer.own_sd_percent is None:
         verdict = "NOTHING TELLS HOW FAR THIS MAP IS OFF: it passes through every state that it was fitted to"
@@ -228,6 +231,12 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
         *(f"most underestimated of {part.on}: {part.worst_state}" for part in answer.accuracies if part.worst_state),
         *fit_notes(answer),
     ]
+
+
+def _fitted_words(answer: EvaluateAnswer) -> str:
+    """How many of all states the map was fitted to, where their errors stand first; else empty."""
+    among = answer.fitted_states and answer.accuracies[0].on == "all states"
+    return f", {answer.fitted_states} of which the map was fitted to" if among else ""
 
 
 _MOST_NAMES = 8

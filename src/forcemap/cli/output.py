@@ -113,7 +113,7 @@ def _coloured(stream: TextIO) -> bool:
 
 def _style(line: str) -> str:
     """How a line is set; no colour says that anything is permitted."""
-    return "yellow" if line.startswith(_DOUBT) else ""
+    return "yellow" if line.startswith((_DOUBT, f"  {SIMULATED}")) else ""
 
 
 def _print_in_colour(styled: Iterable[tuple[str, str]], *, stderr: bool = False) -> None:

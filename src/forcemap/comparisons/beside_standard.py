@@ -34,7 +34,7 @@ class BesideStandard:
     lowest_predicted, highest_predicted : float
         Forces that the map predicts at that speed where it was measured so fast [N]; NaN where it was nowhere.
     moving_mass, payload : float
-        What the model reckons with [kg]; a payload that is not stated is 0.
+        What the model reckons with [kg]; a payload of NaN is not stated, and counts as 0.
     """
 
     speed: float
@@ -66,7 +66,7 @@ def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | N
         lowest_predicted=float(forces.min()) if forces.size else math.nan,
         highest_predicted=float(forces.max()) if forces.size else math.nan,
         moving_mass=force_map.conditions.moving_mass,
-        payload=float(np.nan_to_num(force_map.conditions.payload)),
+        payload=force_map.conditions.payload,
     )
 
 

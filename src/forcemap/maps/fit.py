@@ -210,12 +210,13 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
 
 
 def states_at_points(dataset: ImpactDataset, measured_range: MeasuredRange) -> States:
-    """The impacts at contact points alone that were made as far off the campaign's direction as its speeds hold; of
-    another quantity none. One that was made in a zone is at many places of it, as far as it lies in the box around the
-    measured range."""
+    """The impacts at contact points alone that were made as far off the campaign's direction as its speeds hold.
+
+    One that was made in a zone is at many places of it, as far as it lies in the box around the measured range; of
+    another quantity there are none.
+    """
     made = _along(dataset) if dataset.quantity is Quantity.FORCE else []
-    box = np.stack([measured_range.lowest[:2], measured_range.highest[:2]], axis=1).tolist()
-    rows = [(each, place) for each in made for place in each.places(*map(tuple, box))]
+    rows = [(each, place) for each in made for place in each.places(measured_range.points[:, :2])]
     coordinates = np.array([(*place, each.speed) for each, place in rows])
     return States.single([each.recording for each, _ in rows], coordinates, np.array([each.force for each, _ in rows]))
 

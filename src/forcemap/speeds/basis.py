@@ -152,6 +152,10 @@ class Basis:
         parts = {"quasi_static_N": limit.quasi_static, "spring_N_per_m": limit.spring_N_per_m}
         return Finding.of(FindingKind.LIMIT_IN_NEWTONS, contact=str(self.contact or ""), **parts)
 
+    def warnings_beyond(self, other: Basis) -> tuple[Finding, ...]:
+        """Its warnings that another basis does not have."""
+        return tuple(each for each in self.warnings if each not in other.warnings)
+
     @property
     def statements(self) -> tuple[Finding, ...]:
         """Everything that speeds depend on."""
@@ -495,8 +499,7 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
             notes.append(Finding.of(kind, **figures))
 
     note(kind.PERSON_AT_REST)
-    angle = force_map.conditions.base_angle
-    note(kind.AROUND_THE_BASE, angle_deg=None if math.isnan(angle) else angle)
+    note(kind.AROUND_THE_BASE)
     measured = np.concatenate([force_map.measured_range.lowest[2:], *(s.speed for s in (fit.of_table if fit else ()))])
     lowest, stated = float(measured.min()), float(force_map.conditions.as_stated(measured).min())
     slowest = {"lowest_mps": lowest, "stated_mps": stated if stated > lowest else None}
