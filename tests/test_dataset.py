@@ -83,6 +83,7 @@ REFUSED = [
     (HEADER, ["0.5,0.2,0.250,200", "0.5,0.2,0.258,200", "0.5,0.2,0.266,200"], 4, "speed_mps", "chain"),
     (HEADER + ",speed_mps", ["0.5,0.2,0.25,200,0.3"], 1, "speed_mps", "twice"),
     (HEADER, ['0.5,0.2,"0.25,200'], 2, None, "not a CSV"),
+    ("d,h,v,F,role", ["0.5,0.2,0.25,200,train"], 1, "distance_m", "found d, h, v, F: rename those that hold them"),
 ]
 
 

@@ -160,6 +160,24 @@ def test_heights_shows_the_map_at_every_height_and_speed():
             np.testing.assert_allclose(force, fm.published_map(name).predict(x, height, speed))
 
 
+def test_every_marker_of_heights_has_an_entry_in_the_legend(tmp_path):
+    """The highest of places at random is alone at its height: no line inside the measured range names it."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        place = rng.uniform((0.5, 0.1), (0.9, 0.5), (12, 2))
+        d, h = np.repeat(place, 3, axis=0).T
+        v = np.tile((0.2, 0.3, 0.4), 12)
+        force = fm.published_map("ur10e").predict(d, h, v)
+        table = tmp_path / f"places-{seed}.csv"
+        fm.write_dataset(fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force), table)
+        figure = draw(Kind.HEIGHTS, [Source(str(table))], Choices(), width=0.16)
+        entries = {handle.get_marker() for each in figure.legends for handle in each.legend_handles}
+        lines = [each for axes in figure.axes for each in axes.get_lines() if each.get_marker() not in ("", "None")]
+        drawn = {each.get_marker() for each in lines if np.isfinite(each.get_ydata()).any()}
+        assert len(drawn) > 3
+        assert drawn <= entries, drawn - entries
+
+
 def test_comparison_of_published_maps_is_the_papers_figure():
     """Its green, its red: 318 and 260 N of the standard at 0.3 m/s (section V-C)."""
     sources = [Source(name) for name in fm.PUBLISHED_MAPS]

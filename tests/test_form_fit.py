@@ -94,6 +94,8 @@ def test_a_departure_says_where_few_places_hold_several_states(alone):
         tested = fm.fit_force_map(dataset).form_test
         if tested.misses:
             found.append(sentence(tested.finding))
+            compared = [each.kind for each in compare_forms(dataset).statements]
+            assert (FindingKind.FEW_SHARED in compared) == alone
     assert len(found) > 3
     assert all(("few of these places hold several states" in said) == alone for said in found)
 

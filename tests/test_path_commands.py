@@ -20,6 +20,7 @@ from forcemap.cli.export import Format
 from forcemap.cli.path import path_lines
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.paths.atlas import Atlas, AtlasMap
+from forcemap.paths.path_file import moved_csv
 from forcemap.paths.task import one_segment_task
 from robot_programs import urscript_function
 
@@ -313,6 +314,14 @@ def test_where_the_standards_one_speed_is_not_permitted_stands_beside_its_time(c
     assert "the map does not permit the standard's one speed on" in " ".join(capsys.readouterr().out.split())
 
 
+def test_a_scaling_file_moves_as_a_whole(tmp_path):
+    """Both ends of every piece, so that it is the path at another place."""
+    assert run(["export-path", "ur10e", "press.csv", *HAND, "-o", "s.csv"]) == 0
+    (tmp_path / "moved.csv").write_text(moved_csv("s.csv", 0.05, -0.02))
+    there, moved = (fm.read_path(tmp_path / name).points for name in ("s.csv", "moved.csv"))
+    np.testing.assert_allclose(moved - there, np.tile([0.05, 0.0, -0.02], (len(there), 1)), atol=1e-9)
+
+
 def test_place_writes_the_path_as_it_lies_at_the_best_position(capsys, tmp_path):
     best = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "-o", "moved.csv")
     assert best["file"] == "moved.csv"
@@ -426,6 +435,13 @@ def test_of_positions_as_fast_place_takes_the_one_with_the_highest_speeds(capsys
     assert f"{len(fast)} positions are as fast to 1 ms" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("base", [False, True])
+def test_place_tells_a_path_in_the_frame_of_the_base(capsys, base):
+    Path("press.csv").write_text(f"x_m,y_m,z_m\n{0.8 * base},0,{0.4 * base + 0.04}\n{0.8 * base},0,{0.4 * base}\n")
+    said = result(capsys, "place", "ur10e", "press.csv", *HAND)["assumptions"]
+    assert any("0.89 m from the path: if its rows are in the frame of the base" in line for line in said) == base
+
+
 def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     (tmp_path / "table.csv").write_text("x_m,y_m,z_m,segment\n0,0,0.05,press\n0,0,0,lift\n0,0,0.05,lift\n")
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 1
@@ -433,7 +449,7 @@ def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     assert "NO POSITION has permission for the whole path on a grid of 0.1 m; most, 50 %" in " ".join(text.split())
     assert "a finer grid may still have one" not in text
     assert "lift: 0.050 m not downward, the motion points more than 5 degrees away" in text
-    assert "contact_possible = false" in text
+    assert "contact_possible = false" in " ".join(text.split())
     found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", code=1)
     assert [(each["segment"], each["outcome"]) for each in found["refusals"]] == [("lift", "not_downward")]
     assert run(["place", "ur10e", "table.csv", "--task", "task.toml", "--step-m", "0.1"]) == 0
@@ -568,6 +584,37 @@ def test_of_several_maps_each_range_is_said_and_whose_place_counts():
 def time_by(rule, found):
     """Cycle time by a rule, as it is shown."""
     return next(f"{each['cycle_time_s']:.3f}" for each in found["cycle_times"] if each["rule"] == rule)
+
+
+@pytest.mark.parametrize("rows", [1, 5])
+@pytest.mark.parametrize("press", ["areas", "contact_possible"])
+def test_names_that_stand_a_row_too_late_are_said_first(capsys, rows, press):
+    """Named after the row that they lead to, the way down has the name of the motion before it: contact excluded."""
+    down = np.linspace(0.44, 0.36, rows + 1)
+    ways = [("home", np.array([0.44])), ("approach", np.array([0.44])), ("press", down[1:]), ("lift", down[-2::-1])]
+    rows_of = [(name, height) for name, heights in ways for height in heights] + [("home", 0.44)]
+    points = [
+        f"{0.75 + 0.05 * bool(i and i < len(rows_of) - 1)},0,{height:.3f}" for i, (_, height) in enumerate(rows_of)
+    ]
+    names = [name for name, _ in rows_of]
+    stated = dict.fromkeys(("home", "approach", "lift"), "contact_possible = false")
+    with_contact = 'areas = ["back_of_hand"]\ncontact = "transient"\nclamping_possible = false'
+    stated["press"] = with_contact if press == "areas" else "contact_possible = false"
+    segments = [f'[[segments]]\nname = "{name}"\n{entries}\nspeed_mps = 0.3\n' for name, entries in stated.items()]
+    Path("task.toml").write_text('schema = "forcemap-task/1"\n' + "".join(segments))
+
+    def said(begin):
+        lines = [f"{point},{name}" for point, name in zip(points, begin, strict=True)]
+        Path("path.csv").write_text("x_m,y_m,z_m,segment\n" + "\n".join(lines) + "\n")
+        run(["path", "ur10e", "path.csv", "--task", "task.toml"])
+        first, rest = " ".join(capsys.readouterr().out.split()).split("Speeds to program along")
+        assert ("although the path moves in the direction of a map there" in rest.split("Assumes")[1]) == (
+            begin == names or press == "contact_possible"
+        )
+        return "! SEGMENT NAMES MAY STAND A ROW TOO LATE: contact is excluded on " in first
+
+    assert said(names)
+    assert said([*names[1:], "home"]) == (press == "contact_possible")  # as it should be: the press alone goes down
 
 
 def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):
@@ -797,6 +844,11 @@ def test_export_of_programs(capsys, tmp_path):
     found = result(capsys, "export-path", "ur10e", "path.csv", "--task", "task.toml")
     assert {piece["scaling"] for piece in found["pieces"] if piece["segment"] == "lift"} == {1.0}
     assert max(piece["scaling"] for piece in found["pieces"] if piece["segment"] == "press") < 0.9
+    Path("slow.toml").write_text(TASK.replace("speed_mps = 0.4", "speed_mps = 0.21"))  # slower than is allowed
+    found = result(capsys, "export-path", "ur10e", "path.csv", "--task", "slow.toml")
+    press = [piece for piece in found["pieces"] if piece["segment"] == "press"]
+    assert all(piece["allowed_speed_mps"] > 0.21 for piece in press)
+    assert {(piece["commanded_speed_mps"], piece["scaling"]) for piece in press} == {(0.21, 1.0)}
     assert result(capsys, "export", "kuka-iiwa7-30nm", "--format", "json", *HAND, code=1)["zones"][0]["speed_mps"] == 0
     refused = result(capsys, "export", "ur10e", "--format", "csv", "--area", "temple", "--contact", "transient", code=1)
     assert refused["outcome"] == "not_permitted"

@@ -413,6 +413,11 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     assert ask("collect", measured)[0] == 0
     whole = ask("confirm", measured, *HAND)[1]
     assert whole["outcome"] == "passes"
+    assert (
+        flowing(forcemap("confirm", measured, *HAND)[1])
+        .strip()
+        .endswith("Next: forcemap report and forcemap export, which say now that the map is confirmed")
+    )
     missed = 100 * (1 - whole["found_probability_bump"])
     found = f"which would have missed {missed:.0f} of 100 spots 80 mm wide with 25 % more force"
     assert said() == {f"confirmed for 280 N (transient) by 6 impacts at the speeds that the map permits, {found}"}

@@ -319,7 +319,10 @@ class TestColumns:
     def test_a_header_that_contradicts_the_column_map(self, write):
         path = write("time_ms,force_kN\n" + table(TIME, FORCE))
         error = refused(path, {"time": "time_ms", "force": "force_kN", "force_unit": "kN"})
-        assert error.message == "the file says 'ms', the column map time_unit = 's'; correct the one that is wrong"
+        assert error.message == (
+            "the file says 'ms', the column map time_unit = 's' (which holds if it states none); "
+            "state time_unit = 'ms', or correct the file"
+        )
         assert refused(path, {"time": 1, "time_unit": "ms", "force": 2}).column == "force_kN"
         lines = write("time,force\nms,N\n" + table(TIME, FORCE))
         assert refused(lines, {"time": "time", "force": "force"}).column == "ms"

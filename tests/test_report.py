@@ -447,7 +447,9 @@ def test_verify_says_what_changed(written, ask, forcemap):
     (written / "speeds-transient.csv").write_text("speed_mps\n0.4\n")  # a result, on which the report does not rest
     assert ask(*verify)[1]["not_compared"] == ["speeds-transient.csv"]
     out = forcemap(*verify)[1]
-    assert out.startswith("Unchanged: the report and its input files are as they were")
+    first = " ".join(out.split("Report of")[0].split())
+    said = "the report and its 31 input files are as they were when it was written"
+    assert first == f"Unchanged: {said}; 1 other file of the folder not compared"
     assert "Not compared, as the report does not list them among its inputs\n  - speeds-transient.csv\n" in out
     (written / "impacts.csv").write_text((written / "impacts.csv").read_text() + "\n")
     (written / "recordings" / "d500-h200-v100-r1.csv").unlink()

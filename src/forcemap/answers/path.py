@@ -304,7 +304,9 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
         "bound": bound,
         "warnings": [*sentences((*atlas.warnings, *speeds.doubts)), *warnings(bases)],
         "assumptions": list(dict.fromkeys([*assumptions(bases), *notes])),
-        "assumptions_by_map": by_map((_map_of(atlas, basis), [*assumptions([basis]), *notes]) for basis in bases),
+        "assumptions_by_map": by_map(
+            [(_map_of(atlas, basis), [*assumptions([basis]), *notes]) for basis in bases] or [("", notes)]
+        ),
         "simulated": atlas.simulated,
         "map_sha256": atlas.sha256,
         "maps": [AtlasMapAnswer.of_map(each) for each in atlas.maps],

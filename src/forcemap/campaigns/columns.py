@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects, Texts
-from forcemap.errors import InputError, TableError
+from forcemap.errors import InputError, TableError, few
 from forcemap.impacts.scenario import ContactScenario
 
 # column of the table -> argument of ImpactDataset.from_arrays, and attribute of ImpactDataset.as_stated
@@ -244,6 +244,8 @@ def require_columns(header: Sequence[str], file: str, row: int | None = None) ->
             unknown = [column for column in header if column not in COLUMNS]
             near = difflib.get_close_matches(name, unknown, n=1, cutoff=_SIMILAR)
             similar = f"; {near[0]!r} may be it: convert to the unit in the name and rename it" if near else ""
+            if unknown and not near:
+                similar = f"; found {few(unknown)}: rename those that hold them, converted to the units in the names"
             if len(header) == 1:
                 similar = "; expected commas, semicolons or tabs between columns"
             refuse(name, f"the column is missing, expected at least {', '.join(REQUIRED)}{similar}")

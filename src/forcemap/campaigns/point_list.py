@@ -85,6 +85,7 @@ def point_table(content: bytes, file: str) -> Table:
 def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, ...]:
     """What the collected files in points/ show at the places that the list states, of the campaign's contact site.
 
+    A row that states no site, or no direction, is taken for the campaign's: what is not stated speaks against a map.
     Those that a person took out, and without a force, are left out.
 
     Raises
@@ -100,8 +101,9 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
     numbers = {name: table.numbers(name, required=False) for name in NUMBERS if name in table.columns}
     found: dict[AtPoint, None] = {}
     for i, cells in enumerate(table.texts):
-        if not (site := cells.get("contact_site", "")) or normalised(site) != normalised(conditions.contact_site):
+        if (site := cells.get("contact_site", "")) and normalised(site) != normalised(conditions.contact_site):
             continue
+        direction = cells.get("direction", "") or conditions.direction
         row = {name: float(column[i]) for name, column in numbers.items()}
         stated = row.get("recorded_at_mps", math.nan)
         speed = SPEED_NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))
@@ -113,7 +115,7 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
         for name in named:
             entry = shown[name]
             of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario)
-            found[AtPoint(name, cells.get("direction", ""), ends[0], ends[1], speed, *of_file)] = None
+            found[AtPoint(name, direction, ends[0], ends[1], speed, *of_file)] = None
     return tuple(found)
 
 

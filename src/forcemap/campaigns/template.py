@@ -30,9 +30,9 @@ _COLUMN_HELP = f"""
 # How the device writes its files; see docs/your_device_files.md. Columns by name or by number, counted from 1.
 [recordings]
 # time = "time_ms"             # or sampling_rate_Hz = 1000.0
-# time_unit = "ms"             # {listed(TimeUnit)}
+# time_unit = "ms"             # {listed(TimeUnit)}; s if not stated
 # force = "force_N"            # or three columns: [20, 21, 22]
-# force_unit = "N"             # {listed(ForceUnit)} (with newtons_per_count, zero_count)
+# force_unit = "N"             # {listed(ForceUnit)} (with newtons_per_count, zero_count); N if not stated
 # sign = 1                     # -1 if pressing forces are negative
 # direction = [0.0, 0.0, -1.0] # of three columns; left out: their norm
 """

@@ -98,9 +98,15 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         if result.outcome is Confirmed.CANNOT_TELL and not after:
             near = result.reason.kind is fm.FindingKind.IMPACTS_CANNOT_TELL and result.reason.figure("near")
             after = _remedy(source, answer, again, more) if near else _repeated(source, again)
-        if result.outcome is Confirmed.PASSES and len({*answer.plan.state_id.tolist()}) < IMPACTS:
+        if result.outcome is Confirmed.PASSES:
             few = f"Speeds, exports and the report count a map as confirmed from {IMPACTS} impacts on"
-            after = [f"{few}: ask again without --impacts"]
+            enough = len({*answer.plan.state_id.tolist()}) >= IMPACTS
+            form = answer.force_map.form
+            report = "forcemap report and forcemap export, which say"
+            if form != fm.CFM_3D:  # what else is asked of a campaign is asked of that form, and a map file cannot tell
+                report = f"forcemap report --form {form.name}, which says"
+            done = after or [f"Next: {report} now that the map is confirmed"]
+            after = done if enough else [f"{few}: ask again without --impacts"]
         if result.outcome is Confirmed.DOES_NOT_PASS:
             after = _remedy(source, answer, again, more)
         return [

@@ -78,8 +78,8 @@ def export(
         Format,
         Option(
             "--format",
-            help="csv, json: a table of zones; urscript, krl: it as a function for the program; safety: a sheet to "
-            "type in.",
+            help="csv, json: a table of zones; urscript, krl (KR C controllers): it as a function for the program; "
+            "safety: a sheet to type in.",
         ),
     ],
     limit: options.TaskOrNewtons = None,

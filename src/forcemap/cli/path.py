@@ -178,8 +178,9 @@ _ROUNDING = 1e-6
 """Of a figure in millimetres: what rounding leaves of 525.0000001."""
 
 _HINTS = {
-    "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
-    "a task file (--task) with contact_possible = false for that segment",
+    "not_downward": "not downward: the map permits no such motion (a row of the path names the motion that begins at "
+    "it); if other measures exclude contact there, say so in a task file (--task) with contact_possible = false for "
+    "that segment",
     "no_map": "no map: measure what is missing (forcemap path lists directions, unless the task states another), bend "
     "the path (--suggest FILE.csv tries it), "
     "or say so in a task file (--task) with contact_possible = false where other measures exclude contact",

@@ -31,6 +31,9 @@ _PAPERS_AUTHORS = (("Svarny", "Petr"), ("Rozlivek", "Jakub"), ("Rustler", "Lukas
 _NO_AUTHOR = "authors not stated: write them here"
 _KINDS = (Kind.GRID, Kind.HEIGHTS, Kind.PROFILES, Kind.WORKSPACE, Kind.RESIDUALS, Kind.REPEATABILITY)
 _SUMS = "SHA256SUMS"
+_ACCURACY_BY = (
+    "| `tables/accuracy.csv` | `forcemap evaluate data{} --json`, `forcemap compare data{} --area AREA --json` |"
+)
 _SPEEDS_BY = "| `tables/speeds-*.csv` | `forcemap speed-map data{} --area AREA --contact CONTACT -o FILE` |"
 _OF_AREA = (
     "; speeds and `comparison` are for that body area, `speeds-transient` and `speeds-quasi-static` for the contact "
@@ -212,7 +215,7 @@ def _readme(
         f"| `data/` | the campaign as it was measured: {data} |",
         f"| `map.json` | `forcemap fit data{chosen} -o map.json` |",
         f"| `tables/dataset.csv`, `states.csv`, `coefficients.csv` | `forcemap fit data{chosen} --json` |",
-        f"| `tables/accuracy.csv` | `forcemap evaluate data{chosen} --json`, `forcemap compare data{chosen} --json` |",
+        _ACCURACY_BY.format(chosen, chosen),
         *([] if "no --area" in options else [_SPEEDS_BY.format(chosen)]),
         f"| `figures/` | `forcemap figure KIND data{chosen} -o FILE`; grid, repeatability and evolution have no form |",
         f"| `{_SUMS}` | `sha256sum -c {_SUMS}` |",

@@ -313,7 +313,8 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
         lines.append(f"What {CAMPAIGN_FILE} said when the report was written stands in its sections 2 to 4")
     if not (changes.inputs_hold or changes.listed):
         lines.append("The inputs are not those of the digest; which of them changed, the list tells as it was written")
-    lines.append(f"{changes.unchanged} input files as then")
+    if not changes.nothing_changed:
+        lines.append(f"{changes.unchanged} input files as then")
     if changes.not_compared:
         title = "Not compared, as the report does not list them among its inputs"
         lines += listing(title, map(printable, changes.not_compared))
@@ -361,7 +362,10 @@ def _compared(changes: Verification) -> str:
         do = "compare it with the one in force before you sign, or put it into the folder and have the report rewritten"
         return f"CANNOT TELL whether all is as when the report was written: {lacking}; {do}"
     if changes.nothing_changed:
-        return "Unchanged: the report and its input files are as they were when it was written"
+        other = len(changes.not_compared)
+        beside = f"; {counted(other, 'other file')} of the folder not compared" * bool(other)
+        inputs = counted(changes.unchanged, "input file")
+        return f"Unchanged: the report and its {inputs} are as they were when it was written{beside}"
     what = ["the report file"] * (not changes.intact) + ["the list of its inputs"] * changes.list_altered
     what += ["input files"] * (not changes.inputs_hold)
     if not changes.intact:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -226,11 +226,19 @@ def compare_forms(
             *fitted[0].force_map.conditions.findings,
             *filter(None, [slower_impacts(fitted[0].force_map)]),
             Finding.of(FindingKind.STATES_LEFT_OUT_IN_TURN, states=measured),
+            *_few_shared(fitted),
             Finding.of(FindingKind.FLATTERED),
             Finding.of(FindingKind.WHOLLY_CENSORED, states=wholly_censored, compared=len(states) - measured),
             Finding.of(FindingKind.WIDTH_OF_BOUND, bound=bound),
         ),
     )
+
+
+def _few_shared(fitted: Sequence[_Fitted]) -> Iterator[Finding]:
+    """What p values of departures are worth where few places hold several states."""
+    tests = [each.force_map.form_test for each in fitted if isinstance(each.form, Form)]
+    if any(test and test.misses and test.few_shared for test in tests):
+        yield Finding.of(FindingKind.FEW_SHARED)
 
 
 def _fit(form: Form | EuclideanForm, dataset: ImpactDataset) -> _Fitted:

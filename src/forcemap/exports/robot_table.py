@@ -212,7 +212,7 @@ def robot_table(
         The map cannot carry the bound.
     """
     if not limits:
-        raise InputError("limits: expected at least one")
+        raise InputError("limits: found none, expected at least one; a task that excludes contact everywhere has none")
     direction_vector(force_map.conditions.direction, whose="the campaign")
     allowance = Allowance() if allowance is None else allowance
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest

@@ -92,8 +92,7 @@ def _use(speeds: PathSpeeds) -> str:
 
 
 def _scaling(speed: Decimal, programmed: float | None) -> float | None:
-    """Commanded over programmed speed, at most 1, never rounded up; without one None, 0 if nothing is commanded."""
+    """Commanded over programmed speed, never rounded up; without a programmed one None, 0 if nothing is commanded."""
     if not speed or programmed is None:
         return None if speed else 0.0
-    share = min(Decimal(1), speed / Decimal(repr(programmed)))
-    return float(share.quantize(Decimal("0.01"), rounding=ROUND_FLOOR))
+    return float((speed / Decimal(repr(programmed))).quantize(Decimal("0.01"), rounding=ROUND_FLOOR))

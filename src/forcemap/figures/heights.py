@@ -190,7 +190,9 @@ def _draw_heights(
         for look, height in zip(looks, heights, strict=True):
             at = states.select(at_speed & near(states.height, height, measured.tolerance.place))
             known = at.impacts > 0
-            roles |= {role} if known.any() else set()
+            if known.any():
+                roles.add(role)
+                look.plot(axes, [], [])  # line and marker together, the legend's entry
             face = look.colour if role is style.TRAIN else "#ffffff"
             look.plot(axes, at.distance[known], at.force[known], "_", linestyle="none", markerfacecolor=face)
             if (above := at.censored > 0).any():

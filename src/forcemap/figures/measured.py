@@ -18,6 +18,7 @@ from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, Look
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 
+_RING = 7.0  # [pt] of a marker that another may stand in
 _MOST_PANELS = 3  # of a figure of places: a row; more speeds share panels
 _MOST_NAMES = 6  # of outliers in a figure
 _LONGEST_NAME = 24  # characters of such a name
@@ -177,7 +178,10 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
         low, high = group[0] - dataset.tolerance.speed, group[-1] + dataset.tolerance.speed
         for look, states in measured.by_look:
             here = states.select((states.speed >= low) & (states.speed <= high))
-            look.plot(axes, here.distance, here.height)
+            above = (
+                {"zorder": 3} if look is style.TRAIN else {"markersize": _RING}
+            )  # both seen where both were measured
+            look.plot(axes, here.distance, here.height, **above)
             if len(censored := here.select(here.censored > 0)):
                 style.CENSORED.plot(axes, censored.distance, censored.height)
         words = f"{group[0]:.3g}" + (f" to {group[-1]:.3g}" if group.size > 1 else "")

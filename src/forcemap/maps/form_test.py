@@ -173,10 +173,15 @@ class FormTest:
             return Finding.of(kind.FORM_NOT_TESTED, **figures)
         if self.significant:
             doubts = (departure.finding for departure in self.significant)
-            figures |= {"places": self.places, "few_shared": 0 < self.shared < FEW_SHARED * self.places}
+            figures |= {"places": self.places, "few_shared": self.few_shared}
             return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, covered=self.covered)
         tested = sum(departure.tested for departure in self.departures)
         return Finding.of(kind.FORM_NOT_DOUBTED, **figures, tested=tested, p=self.p_value)
+
+    @property
+    def few_shared(self) -> bool:
+        """Whether few places hold several states, so that a right form is found wrong too often."""
+        return 0 < self.shared < FEW_SHARED * self.places
 
     @property
     def misses(self) -> bool:

@@ -15,6 +15,7 @@ from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 
 _ROUNDING = 1e-9  # [deg]
+_ACROSS = 0.5  # cosine of the angle between two motions, from which on they point the same way; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,8 @@ class MatchedMaps:
         Where each of them lies from the point of the path, in the frame of the base [m].
     stated : str
         The direction that the task states, so that maps of others do not count; empty if it states none.
+    excluded_along : array of bool, shape (n,)
+        True where contact is excluded, though the piece moves in the direction of a map.
     """
 
     atlas: Atlas
@@ -49,7 +52,8 @@ class MatchedMaps:
     missing: Mask
     held: dict[Loaded, Mask]
     offsets: dict[Loaded, FloatArray]
-    stated: str = ""
+    stated: str
+    excluded_along: Mask
 
     @property
     def raised(self) -> bool:
@@ -68,6 +72,29 @@ class MatchedMaps:
         """That contact sites lie beside the point of the path, whose tool must not turn then; empty if none does."""
         sites = [need.contact_site for need, offset in self.offsets.items() if offset.any()]
         return (Finding.of(FindingKind.SITES_BESIDE, sites=", ".join(dict.fromkeys(sites))),) if sites else ()
+
+    def segments_excluded_along(self, path: ToolPath) -> tuple[str, ...]:
+        """The segments on which contact is excluded, though the path moves in the direction of a map there."""
+        return tuple(dict.fromkeys(np.array(path.names)[self.excluded_along].tolist()))
+
+    def named_late(self, path: ToolPath) -> tuple[Finding, ...]:
+        """That the segments of a path may be named a row too late; empty if nothing tells it.
+
+        Then what moves as a map holds for has the name of the motion before it, whose contact may be excluded: no
+        motion with contact does so, or a segment with contact that begins after such a motion ends across it or
+        against it.
+        """
+        names, possible = np.array(path.names), np.array([bool(needs) for needs in self.needs])
+        begins = np.flatnonzero(names[1:] != names[:-1]) + 1
+        before, ends = begins - 1, np.append(begins, len(names))[1:] - 1
+        turned = np.einsum("ij,ij->i", path.directions[before], path.directions[ends]) < _ACROSS
+        late = names[before][self.excluded_along[before] & possible[ends] & turned]
+        only = not (possible & ~self.missing).any()
+        segments = self.segments_excluded_along(path) if only else tuple(dict.fromkeys(late.tolist()))
+        if not segments:
+            return ()
+        figures = {"segments": segments, "directions": self.atlas.directions, "only": only}
+        return (Finding.of(FindingKind.NAMED_LATE, **figures),)
 
     @property
     def payloads(self) -> FloatArray:
@@ -134,8 +161,12 @@ def matched_maps(atlas: Atlas, path: ToolPath, task: Task, *, angle: float, besi
         for need in each:
             missing |= (which == number) & ~held[need]
     off_angles[:, missing] = np.nan
+    excluded_along = np.array([not each for each in needs])[which]
+    if excluded_along.any():
+        along = [path.angles_from(each.direction) <= angle + _ROUNDING for each in atlas.maps]
+        excluded_along &= np.any(along, axis=0)
     stated = task.conditions.get("direction", "")
-    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held, offsets, stated)
+    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held, offsets, stated, excluded_along)
 
 
 def _offsets(task: Task, path: ToolPath, needs: Objects) -> dict[Loaded, FloatArray]:

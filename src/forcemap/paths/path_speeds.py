@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -266,7 +266,7 @@ def path_speeds_at(
     paths = [path.moved(offset).resampled(step) for offset in offsets]
     reach = allowance.position + path.deviation
     matched = [matched_maps(atlas, each, task, angle=angle, beside=reach) for each in paths]
-    strictest = _strictest(matched, paths, task, bound, allowance, table)
+    strictest = _strictest(matched, paths, task, bound, allowance, table, reach)
     parts = strictest.parts([len(each) for each in paths])
     return [_path_speeds(*each, task, allowance) for each in zip(paths, matched, parts, strict=True)]
 
@@ -291,15 +291,6 @@ def _path_speeds(
             programmed = np.where(path.by_one & np.isnan(stated) & ~(programmed > speed), np.nan, programmed)
 
     refused = np.array([piece.refused for piece in outcome])
-    beside, apart = path.beside_turns(task.acceleration, ~excluded)
-    rows_apart = Finding.of(
-        FindingKind.ROWS_APART,
-        beside_m=beside,
-        apart_s=apart,
-        acceleration_mps2=task.acceleration,
-        tolerance_m=allowance.position,
-        needed_s=math.sqrt(8 * allowance.position / task.acceleration),
-    )
     driven = speed[~excluded & ~refused]
     lowest = float(driven.min()) if driven.size else math.nan
     standard = _to_program(strictest.standard[~excluded], allowance)
@@ -326,8 +317,21 @@ def _path_speeds(
         notes=_notes(matched, path, task, programmed, excluded, allowance),
         standard_of=None if math.isnan(standard) else strictest.standard_limit(~excluded, path.names),
         matched=matched,
-        doubts=(*matched.beside, *([rows_apart] if beside > allowance.position else [])),
+        doubts=(
+            *matched.named_late(path),
+            *matched.beside,
+            *_rows_apart(path, excluded, task.acceleration, allowance),
+        ),
     )
+
+
+def _rows_apart(path: ToolPath, excluded: Mask, acceleration: float, allowance: Allowance) -> Iterator[Finding]:
+    """That a robot may have gone farther beyond the rows of a path than the position tolerance."""
+    beside, apart = path.beside_turns(acceleration, ~excluded)
+    if beside > allowance.position:
+        figures = {"beside_m": beside, "apart_s": apart, "acceleration_mps2": acceleration}
+        needed = math.sqrt(8 * allowance.position / acceleration)
+        yield Finding.of(FindingKind.ROWS_APART, **figures, tolerance_m=allowance.position, needed_s=needed)
 
 
 def _say_off_direction(strictest: _Strictest, path: ToolPath, matched: MatchedMaps) -> None:
@@ -392,6 +396,7 @@ def _notes(
     payloads = dict.fromkeys(threatened or [matched.atlas.conditions.payload])
     masses = [Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=load) for load in payloads]
     directions = ", ".join(dict.fromkeys(entry.conditions.direction for entry in matched.atlas.maps))
+    although = matched.segments_excluded_along(path)
     return (
         *task.findings,
         *matched.atlas.findings,
@@ -409,7 +414,7 @@ def _notes(
         Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
         *([] if math.isnan(mass) else masses),
         _programmed(path, programmed, excluded, task.acceleration),
-        *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded.any() else []),
+        *([Finding.of(FindingKind.EXCLUDED_BY_TASK, segments=although)] if excluded.any() else []),
         Finding.of(FindingKind.ONLY_AS_MEASURED),
     )
 
@@ -479,12 +484,14 @@ def _strictest(
     bound: Bound,
     allowance: Allowance,
     table: LimitTable,
+    reach: float,
 ) -> _Strictest:
-    """The lowest speed over the body areas and maps of each piece, of one path at several offsets."""
+    """The lowest speed over the body areas and maps of each piece, and up to `reach` [m] beside it, of one path at
+    several offsets.
+    """
     segment_of = [task.segment(name) for path in paths for name in path.names]
     starts, ends = (np.concatenate([path.points[part] for path in paths]) for part in (slice(-1), slice(1, None)))
-    off_angles, reach = np.hstack([each.off_angles for each in matched]), allowance.position + paths[0].deviation
-    n = len(segment_of)
+    off_angles, n = np.hstack([each.off_angles for each in matched]), len(segment_of)
     outcome, reason, governed_by, map_name, case = np.full((5, n), "", dtype=object)
     none, unlimited = np.full(n, np.nan), np.full(n, np.inf)
     figures = (unlimited, none, none.copy(), unlimited.copy(), none.copy())

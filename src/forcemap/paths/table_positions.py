@@ -12,7 +12,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.errors import InputError
-from forcemap.findings import Finding
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
@@ -36,6 +36,7 @@ _AS_FAST = 5e-4  # [s]; half of the last digit of a cycle time
 _ROUNDING = 1e-9  # of a step; a multiple this close beyond the range belongs to it
 _DIGITS = 9  # of a share, and of a length [m]: what rounding leaves of equal ones
 _POSITIONS_TELL = 5  # with a piece in the measured range and without a speed, until another hardly helps; a choice
+_FAR = 0.4  # [m] of the path from its origin, as of a base that the robot does not reach into; a choice
 _DECIMALS = 12  # of a position [m], so that multiples of a step read as they are stated
 
 
@@ -213,7 +214,15 @@ def place_task(
         (best,) = path_speeds_at(atlas, path, [np.array([distance[i], 0.0, height[j]])], task, **case)
         fullest = best if len(best.bases) >= len(fullest.bases) else fullest
     grids = (duration, standard, permitted, lowest)
-    return TaskPlaces(distance, height, *grids, best, most, closest[2], fullest.bases, fullest.notes, without)
+    notes = (*fullest.notes, *_far_from_its_origin(path))
+    return TaskPlaces(distance, height, *grids, best, most, closest[2], fullest.bases, notes, without)
+
+
+def _far_from_its_origin(path: ToolPath) -> Iterator[Finding]:
+    """That a path may be in the frame of the base, so that a position is a shift of it and none of a table."""
+    apart = float(np.linalg.norm(path.points, axis=1).min())
+    if apart > _FAR:
+        yield Finding.of(FindingKind.FAR_FROM_ITS_ORIGIN, apart_m=apart)
 
 
 def _at_positions(

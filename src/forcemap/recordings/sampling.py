@@ -22,6 +22,8 @@ from forcemap.recordings.units import (
     stated_unit,
 )
 
+_IF_NOT_STATED = (ColumnMap.time_unit, ColumnMap.force_unit)
+
 # Choices: beyond them the unit is another one than stated.
 _LONGEST_TIME = 1e9  # [s]
 _EPOCH = (1e9, 4.2e9)  # seconds since 1970, of the years 2001 to 2103
@@ -167,8 +169,9 @@ def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = Fals
     if unit is None or unit is stated:
         return
     if isinstance(unit, type(stated)) and unit is not ForceUnit.COUNTS:
-        problem = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}"
-        raise RecordingError(f"{problem}; correct the one that is wrong", column=column)
+        default = " (which holds if it states none)" if stated in _IF_NOT_STATED else ""
+        problem = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}{default}"
+        raise RecordingError(f"{problem}; state {entry} = {unit.value!r}, or correct the file", column=column)
     if stated is ForceUnit.COUNTS:  # a unit of its own, with a factor
         return
     expected = f"{listed(TimeUnit)}; convert, or state sampling_rate_Hz in place of time"
