@@ -19,6 +19,7 @@ from forcemap.assessment.confirmation import confirmations
 from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, point_results
+from forcemap.campaigns.conditions import may_be_alike
 from forcemap.campaigns.not_stated import Matters, not_stated
 from forcemap.campaigns.point_list import AtPoint
 from forcemap.campaigns.point_recordings import point_files, register_points
@@ -818,6 +819,17 @@ def test_recordings_of_points_that_nobody_names_are_said_first(measured_cell):
     assert "NO CONTACT POINT NAMES, and that count for nothing: points/Q1.csv" in " ".join(
         sentences(assess_points(measured_cell).findings)
     )
+
+
+@pytest.mark.parametrize("left_open", ["contact_site", "direction"])
+def test_what_a_row_leaves_open_hides_nothing_from_another_point_at_its_place(left_open):
+    first, other = ("flange", "down"), ("Flange", "downwards")
+    empty = ("", "down") if left_open == "contact_site" else ("flange", "")
+    assert may_be_alike(*first, *other)
+    assert may_be_alike(*empty, *other)
+    assert may_be_alike(*other, *empty)
+    assert not may_be_alike(*first, "finger", "down")
+    assert not may_be_alike(*first, "flange", "out")
 
 
 # -- what is measured at a contact point, and the map's exports

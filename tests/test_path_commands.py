@@ -608,13 +608,44 @@ def test_names_that_stand_a_row_too_late_are_said_first(capsys, rows, press):
         Path("path.csv").write_text("x_m,y_m,z_m,segment\n" + "\n".join(lines) + "\n")
         run(["path", "ur10e", "path.csv", "--task", "task.toml"])
         first, rest = " ".join(capsys.readouterr().out.split()).split("Speeds to program along")
-        assert ("although the path moves in the direction of a map there" in rest.split("Assumes")[1]) == (
+        assert ("although the path moves about in the direction of a map there" in rest.split("Assumes")[1]) == (
             begin == names or press == "contact_possible"
         )
         return "! SEGMENT NAMES MAY STAND A ROW TOO LATE: contact is excluded on " in first
 
     assert said(names)
     assert said([*names[1:], "home"]) == (press == "contact_possible")  # as it should be: the press alone goes down
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [("carry carry approach insert lift lift", True), ("carry approach insert lift lift lift", False)],
+)
+def test_a_descent_named_after_the_carry_before_it_is_told_though_another_follows(capsys, names, told):
+    places = [(0.72, 0.44), (0.8, 0.44), (0.8, 0.40), (0.8, 0.36), (0.8, 0.44), (0.72, 0.44)]
+    rows = [f"{x},0,{z},{name}" for (x, z), name in zip(places, names.split(), strict=True)]
+    Path("path.csv").write_text("\n".join(["x_m,y_m,z_m,segment", *rows]) + "\n")
+    hand = 'areas = ["back_of_hand"]\ncontact = "transient"\nclamping_possible'
+    used = {name: hand if name == "approach" else "contact_possible" for name in names.split()[:-1]}
+    segments = [f'[[segments]]\nname = "{name}"\n{of} = false\nspeed_mps = 0.2\n' for name, of in used.items()]
+    Path("task.toml").write_text('schema = "forcemap-task/1"\n' + "".join(segments))
+    said = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml")["warnings"]
+    assert any(line.startswith("SEGMENT NAMES MAY STAND A ROW TOO LATE") for line in said) == told
+
+
+@pytest.mark.parametrize("where", [0, 1, 2])
+def test_a_gap_in_which_a_log_stands_is_told_wherever_it_is(capsys, where):
+    """At its first row, amid a straight line and at its last: what was driven in between is not known."""
+    heights, time, rows = [0.44, 0.40, 0.36], 0.0, []
+    for number, height in enumerate(heights):
+        rows.append(f"0.8,0,{height},{time}")
+        if number == where:
+            time += 4.0
+            rows.append(f"0.8,0,{height},{time}")
+        time += 0.2
+    Path("log.csv").write_text("\n".join(["x_m,y_m,z_m,time_s", *rows]) + "\n")
+    run(["path", "ur10e", "log.csv", *HAND])
+    assert "ROWS ARE 4 s APART" in " ".join(capsys.readouterr().out.split())
 
 
 def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):

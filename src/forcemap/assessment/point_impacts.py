@@ -14,7 +14,14 @@ from forcemap.arrays import FloatArray
 from forcemap.assessment.contact_points import ContactPoint
 from forcemap.assessment.originals import Originals
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
+from forcemap.campaigns.conditions import (
+    CAMPAIGN_FILE,
+    Conditions,
+    may_be_alike,
+    normalised,
+    pattern_fits,
+    read_campaign_file,
+)
 from forcemap.campaigns.impact_rows import planned_words
 from forcemap.campaigns.point_list import POINTS_FOLDER, names_file
 from forcemap.campaigns.point_recordings import POINT_FILMS, PointRecording, point_names, point_recordings
@@ -23,7 +30,6 @@ from forcemap.campaigns.recorded_impacts import RecordedImpacts
 from forcemap.campaigns.recordings_table import PLANNED, PRESSURE_FROM, REGISTER_FILE, Entry, Use, row_sha256
 from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
-from forcemap.direction import WIDEST_ANGLE, same_direction
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
@@ -205,12 +211,11 @@ def _registered_near(
 
 
 def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: StateTolerance) -> bool:
-    """Whether two points state the same contact site, nearly the same direction, and places that meet."""
-    site, near = normalised(one.contact_site), tolerance.place
-    alike = site and site == normalised(other.contact_site)
+    """Whether two points may be of one contact site and nearly the same direction, and their places meet."""
+    near, alike = tolerance.place, may_be_alike(*_hit(one), *_hit(other))
     along = one.distance <= other.distance_to + near and other.distance <= one.distance_to + near
     up = one.height <= other.height_to + near and other.height <= one.height_to + near
-    return bool(alike and along and up and same_direction(one.direction, other.direction, within=WIDEST_ANGLE))
+    return alike and along and up
 
 
 def _made_at(point: ContactPoint) -> tuple[str, ...]:
@@ -278,9 +283,12 @@ def _planned(
 
 
 def _hit_alike(point: ContactPoint, conditions: Conditions) -> bool:
-    """Whether a point is of the campaign's contact site and direction."""
-    site = normalised(point.contact_site) == normalised(conditions.contact_site)
-    return site and same_direction(point.direction, conditions.direction, within=WIDEST_ANGLE)
+    """Whether a point may be of the campaign's contact site and direction."""
+    return may_be_alike(*_hit(point), *_hit(conditions))
+
+
+def _hit(stated: ContactPoint | Conditions) -> tuple[str, str]:
+    return stated.contact_site, stated.direction
 
 
 def _is_at(point: ContactPoint, place: tuple[float, float], tolerance: StateTolerance) -> bool:

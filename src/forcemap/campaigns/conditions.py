@@ -17,7 +17,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.entries import typed_entry
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, Protocol
-from forcemap.direction import direction_vector
+from forcemap.direction import WIDEST_ANGLE, direction_vector, same_direction
 from forcemap.errors import CampaignFileError, InputError, nearest_names
 from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
@@ -488,6 +488,13 @@ def pattern_fits(pattern: str, *names: str) -> bool:
     known = [name for text in names for name in (text, PurePosixPath(text.partition("#")[0]).stem)]
     known += [curve for text in names if (curve := text.partition("#")[2])]
     return any(fnmatchcase(name.casefold(), pattern.casefold()) for name in known)
+
+
+def may_be_alike(site: str, direction: str, other_site: str, other_direction: str) -> bool:
+    """Whether impacts may be of one contact site and of directions that speeds hold for together; unstated is any."""
+    sites = {normalised(site), normalised(other_site)} - {""}
+    along = not (direction and other_direction) or same_direction(direction, other_direction, within=WIDEST_ANGLE)
+    return len(sites) < 2 and along
 
 
 def normalised(text: str) -> str:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.conditions import Conditions, normalised
+from forcemap.campaigns.conditions import Conditions, may_be_alike
 from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.recordings_table import Entry, read_register, row_sha256
 from forcemap.csv_table import Table, read_table
@@ -101,9 +101,9 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
     numbers = {name: table.numbers(name, required=False) for name in NUMBERS if name in table.columns}
     found: dict[AtPoint, None] = {}
     for i, cells in enumerate(table.texts):
-        if (site := cells.get("contact_site", "")) and normalised(site) != normalised(conditions.contact_site):
+        if not may_be_alike(cells.get("contact_site", ""), "", conditions.contact_site, ""):
             continue
-        direction = cells.get("direction", "") or conditions.direction
+        direction = (conditions.direction and cells.get("direction", "")) or conditions.direction
         row = {name: float(column[i]) for name, column in numbers.items()}
         stated = row.get("recorded_at_mps", math.nan)
         speed = SPEED_NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))

@@ -178,10 +178,9 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
         low, high = group[0] - dataset.tolerance.speed, group[-1] + dataset.tolerance.speed
         for look, states in measured.by_look:
             here = states.select((states.speed >= low) & (states.speed <= high))
-            above = (
-                {"zorder": 3} if look is style.TRAIN else {"markersize": _RING}
-            )  # both seen where both were measured
-            look.plot(axes, here.distance, here.height, **above)
+            # a training and a test state at one place are both seen
+            drawn = {"zorder": 3} if look is style.TRAIN else {"markersize": _RING}
+            look.plot(axes, here.distance, here.height, **drawn)
             if len(censored := here.select(here.censored > 0)):
                 style.CENSORED.plot(axes, censored.distance, censored.height)
         words = f"{group[0]:.3g}" + (f" to {group[-1]:.3g}" if group.size > 1 else "")

@@ -15,6 +15,7 @@ from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 
 _ROUNDING = 1e-9  # [deg]
+_ABOUT = 30.0  # [deg] within which an excluded motion goes about as a map does; a choice
 _ACROSS = 0.5  # cosine of the angle between two motions, from which on they point the same way; a choice
 
 
@@ -42,7 +43,7 @@ class MatchedMaps:
     stated : str
         The direction that the task states, so that maps of others do not count; empty if it states none.
     excluded_along : array of bool, shape (n,)
-        True where contact is excluded, though the piece moves in the direction of a map.
+        True where contact is excluded, though the piece moves about in the direction of a map.
     """
 
     atlas: Atlas
@@ -74,21 +75,21 @@ class MatchedMaps:
         return (Finding.of(FindingKind.SITES_BESIDE, sites=", ".join(dict.fromkeys(sites))),) if sites else ()
 
     def segments_excluded_along(self, path: ToolPath) -> tuple[str, ...]:
-        """The segments on which contact is excluded, though the path moves in the direction of a map there."""
+        """The segments on which contact is excluded, though the path moves about in the direction of a map there."""
         return tuple(dict.fromkeys(np.array(path.names)[self.excluded_along].tolist()))
 
     def named_late(self, path: ToolPath) -> tuple[Finding, ...]:
         """That the segments of a path may be named a row too late; empty if nothing tells it.
 
         Then what moves as a map holds for has the name of the motion before it, whose contact may be excluded: no
-        motion with contact does so, or a segment with contact that begins after such a motion ends across it or
-        against it.
+        motion with contact does so, or before a segment with contact such a motion ends a segment that began in
+        another direction, or the segment with contact ends in another one.
         """
         names, possible = np.array(path.names), np.array([bool(needs) for needs in self.needs])
         begins = np.flatnonzero(names[1:] != names[:-1]) + 1
-        before, ends = begins - 1, np.append(begins, len(names))[1:] - 1
-        turned = np.einsum("ij,ij->i", path.directions[before], path.directions[ends]) < _ACROSS
-        late = names[before][self.excluded_along[before] & possible[ends] & turned]
+        before, starts, ends = begins - 1, np.append(0, begins)[:-1], np.append(begins, len(names))[1:] - 1
+        across = [np.einsum("ij,ij->i", *path.directions[[before, each]]) < _ACROSS for each in (starts, ends)]
+        late = names[before][self.excluded_along[before] & possible[ends] & np.any(across, axis=0)]
         only = not (possible & ~self.missing).any()
         segments = self.segments_excluded_along(path) if only else tuple(dict.fromkeys(late.tolist()))
         if not segments:
@@ -163,8 +164,7 @@ def matched_maps(atlas: Atlas, path: ToolPath, task: Task, *, angle: float, besi
     off_angles[:, missing] = np.nan
     excluded_along = np.array([not each for each in needs])[which]
     if excluded_along.any():
-        along = [path.angles_from(each.direction) <= angle + _ROUNDING for each in atlas.maps]
-        excluded_along &= np.any(along, axis=0)
+        excluded_along &= np.any([path.angles_from(each.direction) <= _ABOUT for each in atlas.maps], axis=0)
     stated = task.conditions.get("direction", "")
     return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held, offsets, stated, excluded_along)
 

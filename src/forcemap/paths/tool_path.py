@@ -228,20 +228,20 @@ class ToolPath:
 
         Within an acceleration a a motion stays within a T^2 / 8 of the line between two rows T apart, as the error of
         linear interpolation does. It matters where the motion turns by more than `CORNER_ANGLE`, or another segment
-        begins, beside a piece that `counts`, shape (n,); 0 where there is none, and for an untimed path.
+        begins, and wherever it stands, beside a piece that `counts`, shape (n,); 0 where there is none, and for an
+        untimed path.
         """
         moving = self._moving_times
-        if moving is None or len(self) < 2:
+        if moving is None:
             return 0.0, 0.0
         row, _, time, gained = self._between_rows(moving, acceleration)
         along = np.einsum("ij,ij->i", self.directions[:-1], self.directions[1:])
         named = np.array([one != other for one, other in pairwise(self.names)])
         turns = (row[:-1] != row[1:]) & (counts[:-1] | counts[1:])
         turns &= named | (along < math.cos(math.radians(CORNER_ANGLE)))
-        if not turns.any():
-            return 0.0, 0.0
         rows = np.unique(np.concatenate([row[:-1][turns], row[1:][turns]]))
-        stood = np.zeros(0) if self.unseen is None else self.unseen[1:-1][turns]
+        at = np.append(counts, False) | np.append(False, counts)
+        stood = np.zeros(1) if self.unseen is None else np.append(0.0, self.unseen[at])
         apart = np.concatenate([time[rows], stood])
         beside = np.concatenate([(gained * time)[rows], acceleration * stood**2]) / 8
         return float(beside.max()), float(apart[beside.argmax()])
