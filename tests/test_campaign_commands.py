@@ -86,6 +86,7 @@ class TestPlan:
             "calibration_expires": '"2027-01-31"',
             "speed": '"measured"',
             "speed_error": "0.03",
+            "form": '"LOG_SPEED"',
             "slowest_mps": "0.2",
             "stiffness_N_per_m": "75000.0",
             "channel_frequency_class": "180",

@@ -839,7 +839,7 @@ def test_evaluate_forms(ask, forcemap, example_folders):
     assert errors["LOG_SPEED"] < errors["CFM_3D"]
     out = " ".join(forcemap("evaluate", example_folders["ur10e"], "--forms")[1].split())
     assert "Recommended: CFM_3D" in out
-    assert f"it needs test states: forcemap fit {example_folders['ur10e']} --form LOG_SPEED" in out
+    assert f'it needs test states: state form = "LOG_SPEED" below [map] in {example_folders["ur10e"]}/campaign' in out
 
 
 def test_evaluate_and_compare_say_which_states_lie_above_the_device_range(ask, forcemap, example_folders):

@@ -21,9 +21,10 @@ from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, point_results
 from forcemap.campaigns.conditions import may_be_alike
 from forcemap.campaigns.not_stated import Matters, not_stated
-from forcemap.campaigns.point_list import AtPoint
+from forcemap.campaigns.point_list import AtPoint, measured_at_points
 from forcemap.campaigns.point_recordings import point_files, register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
+from forcemap.campaigns.quantity import Quantity
 from forcemap.errors import CampaignFileError, TableError
 from forcemap.findings import FindingKind
 from forcemap.report.permission import point_permissions
@@ -719,7 +720,7 @@ def test_a_weak_bound_permits_no_point(parts, tmp_path):
 def films(folder, pressures, pitch=6):
     (folder / "pressures" / "points").mkdir(parents=True)
     for number, pressure in enumerate(pressures, start=1):
-        text = f"unit: N/cm2\npitch: {pitch} mm\n0;{pressure};0\n0;{pressure / 4};0\n0;0;0\n"
+        text = f"unit: N/cm2\npitch: {pitch} mm\n0;{pressure};0\n0;{0.6 * pressure:.1f};0\n0;0;0\n"
         (folder / "pressures" / "points" / f"P1-{number}.txt").write_text(text)
 
 
@@ -732,6 +733,7 @@ def films(folder, pressures, pitch=6):
         ([160, 165, 170], 170, 6, "a cell reached the range"),
         ([160, 165, 170], None, 6, "the film's range is not stated"),
         ([160, 165, 170], 500, 1, "its unit or pitch is mistaken, or it does not cover the contact"),
+        ([160, 165, 170], 500, 5, "its unit or pitch is mistaken, or it does not cover the contact"),
     ],
 )
 def test_films_of_a_point_are_held_against_the_limit_of_pressure(
@@ -883,6 +885,32 @@ def test_an_impact_at_a_point_that_contradicts_the_map_forbids_its_exports(excee
         exported(exceeding)
 
 
+@pytest.mark.parametrize(
+    ("site", "slip"),
+    [
+        ("flang", True),
+        ("falnge", True),
+        ("Flanges", True),
+        ("finger", False),
+        ("flange 2", False),
+        ("Flansch unten", False),
+        ("Flange", False),
+    ],
+)
+def test_impacts_at_a_point_whose_site_is_misspelt_count_for_no_map_and_are_said_first(exceeding, site, slip):
+    """300 N where the map permits 280 N, which are none of the map's at another contact site, and lost by a slip."""
+    write_list(exceeding, {**COUNTED, "contact_site": site})
+    force_map = fm.fit_force_map(fm.read_dataset(exceeding))
+    case = {"limit": fm.force_limit("back_of_hand"), "bound": fm.ToleranceBound(), "contact": fm.Contact.TRANSIENT}
+    said = [fm.sentence(each) for each in fm.safe_speed(force_map, 0.6, 0.25, **case).basis.warnings]
+    told = [each for each in said if each.startswith("IMPACTS LEFT OUT") and f"of the site {site}," in each]
+    assert len(told) == slip
+    notes = [fm.sentence(each) for each in fm.safe_speed(force_map, 0.6, 0.25, **case).basis.notes]
+    others = [each for each in notes if f"held against no map here: {site} (3 up to 300 N)" in each]
+    assert len(others) == (site != "Flange")
+    assert all("up to 300 N, 3 of them at contact points" in each for each in told)
+
+
 def test_it_counts_in_a_map_file_and_not_once_a_person_took_it_out(exceeding, tmp_path):
     write_list(exceeding, COUNTED)
     force_map = fm.fit_force_map(fm.read_dataset(exceeding))
@@ -1018,6 +1046,26 @@ def test_a_film_that_was_replaced_or_added_after_collecting_forbids_the_point(co
     (copied_cell / "recordings.csv").unlink()
     collect(copied_cell)
     assert judged(copied_cell, point)[0].pressed
+
+
+def test_a_film_at_a_point_speaks_against_the_pressure_there_and_a_copy_of_it_is_refused(copied_cell):
+    of_point(copied_cell, [110, 112])
+    rng = np.random.default_rng(1)
+    cells = np.round(rng.uniform(20, 100, (6, 6)), 1)
+    (copied_cell / "pressures" / "points").mkdir(parents=True)
+    for number in (1, 2):
+        text = "\n".join(";".join(map(str, row)) for row in cells * number)
+        (copied_cell / "pressures" / "points" / f"P1-{number}.csv").write_text(f"unit: N/cm2\npitch: 6 mm\n{text}\n")
+    collect(copied_cell)
+    write_list(copied_cell, {**POINT, **PLACE, "recordings": "points/P1-*", "recorded_at_mps": "0.05"})
+    made = measured_at_points(copied_cell, fm.read_conditions(copied_cell / "campaign.toml"))
+    assert {each.recording: each.of(Quantity.PRESSURE) for each in made} == {
+        "points/P1-1.csv": cells.max(), "points/P1-2.csv": 2 * cells.max()
+    }  # fmt: skip
+    shutil.copy(*(copied_cell / "pressures" / "points" / f"P1-{number}.csv" for number in (1, 2)))
+    (copied_cell / "point_recordings.csv").unlink()
+    with pytest.raises(CampaignFileError, match=r"P1-2\.csv: found the same pressures as in .*P1-1\.csv"):
+        collect(copied_cell)
 
 
 def test_films_that_would_count_for_nothing_or_are_elsewhere_are_refused(copied_cell, tmp_path):

@@ -101,7 +101,7 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     measure = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound)
     plan = measure.plan
     counted = f"after these about {measure.expected_confirmed} of {measure.places} places spread evenly over the range"
-    assert f"{counted} to measure would have a speed (now {measure.confirmed})" in answer["sentence"]
+    assert f"{counted} to measure would have a speed at contact (now {measure.confirmed})" in answer["sentence"]
     assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}
     assert {tuple(state.values()) for state in answer["states"]} == expected

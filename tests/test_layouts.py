@@ -13,7 +13,7 @@ from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.read import read_recording, read_recordings
-from forcemap.recordings.units import ForceUnit, TimeUnit, plain_unit, stated_unit
+from forcemap.recordings.units import ForceUnit, TimeUnit, plain_unit, remarked_units, stated_unit
 from layouts import FORCE, LAYOUTS, SECONDS
 
 WAVE = {"wf_increment": 0.001}
@@ -116,12 +116,13 @@ class TestUnits:
             ("Force (foo)", "foo"),
             ("ForceKgf", "ForceKgf"),
             ("Kraft in kilopond", "Kraft in kilopond"),
-            ("Force kiloN", "kiloN"),
+            ("Force kiloN", "Force kiloN"),
             ("F [hN]", "hN"),
             ("Force*10 [N]", "Force*10 [N]"),
             ("Force [x10N]", "Force [x10N]"),
             ("Force [10 N]", "Force [10 N]"),
             ("Voltage", "Voltage"),
+            ("Force Decade N", ForceUnit.NEWTONS),
             *((name, None) for name in ("Force redundant", "Force abundance", "standard", "Kraft_Gedankt")),
             ("F(t)", None),
             ("Fx (TCP)", None),
@@ -134,6 +135,43 @@ class TestUnits:
     def test_stated(self, name, unit):
         assert stated_unit(name) == unit
         assert type(stated_unit(name)) is type(unit)
+
+    @pytest.mark.parametrize("prefix", ["kilo", "Deka", "deca", "hekto", "milli", "k", "da", "m"])
+    @pytest.mark.parametrize("name", ["Force {}-newton", "Kraft in {} Newton", "F_{}_N", "Force {} N"])
+    def test_a_power_of_ten_before_a_unit_makes_it_another_one(self, tmp_path, prefix, name):
+        """ "Deka-Newton" was read as newtons: 45 N where 450 N were measured."""
+        name = name.format(prefix)
+        assert stated_unit(name)
+        assert not isinstance(stated_unit(name), (ForceUnit, TimeUnit))
+        path = tmp_path / "run.csv"
+        path.write_text(f"time_s,{name}\n" + "".join(f"{i / 1000:.3f},{force:.3f}\n" for i, force in enumerate(FORCE)))
+        with pytest.raises(RecordingError, match="unit"):
+            read_recording(path, columns={"time": 1, "force": 2}, device=Device(range=500.0))
+
+    @pytest.mark.parametrize("unit", [*ForceUnit, *TimeUnit])
+    def test_a_symbol_in_other_capitals_is_another_unit_wherever_it_stands(self, unit):
+        kind = type(unit)
+        for written in {unit.value.upper(), unit.value.lower(), unit.value.title()} - {unit.value, "N", "n", "S", "s"}:
+            if written in ("counts", "Counts", "COUNTS"):
+                continue
+            for name in (f"F_{written}_filtered", f"Force {written} filtered", f"{written}"):
+                assert not isinstance(stated_unit(name, of_time=kind is TimeUnit), kind), name
+                assert stated_unit(name, of_time=kind is TimeUnit), name
+            for line in (f"Force unit: {written}", f"Units: {written}"):
+                said = remarked_units(line, of_time=kind is TimeUnit)
+                assert said, line
+                assert not any(isinstance(each, kind) for each in said), line
+
+    @pytest.mark.parametrize(
+        "name",
+        [
+            *("Force in tens of N", "Force [N] in deca", "Kilo Force [N]", "Time in milli s", "hundert Newton"),
+            *("Kraft in Zehner N", "Kraft thousand N", "Zehntel-Newton", "dizaines de N", "10er N", "10^1 N", "0,1 N"),
+            *("Force [N] 10x", "Kraft [N], Faktor 10", "Force (N) tenfold", "Force per 10 [N]", "ForcekN", "dekaN"),
+        ],
+    )
+    def test_a_power_of_ten_anywhere_in_a_name_is_no_plain_unit(self, name):
+        assert stated_unit(name) == name
 
     @pytest.mark.parametrize(
         ("lines", "said"),

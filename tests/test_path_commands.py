@@ -411,7 +411,8 @@ def test_a_bent_path_says_what_it_leaves_without_permission(capsys, tmp_path):
     left = 1000 * (1 - found["permitted_share"]) * found["length_m"]
     assert run(["path", "ur10e", "slant.csv", *HAND, "--suggest", "bent.csv"]) == 1
     said = " ".join(capsys.readouterr().out.split())
-    assert f"permitted on {found['length_m']:.3f} m but for {left:.3g} mm; another way" in said
+    permitted = found["permitted_share"] * found["length_m"]
+    assert f"permitted on {permitted:.3f} of {found['length_m']:.3f} m, the rest has no permission; another" in said
     assert "give them one of their own in this file, and in the task with contact_possible = false" in said
     again = result(capsys, "path", "ur10e", "bent.csv", *HAND, code=1)
     refused = sum(1000 * piece["length_m"] for piece in again["pieces"] if piece["speed_mps"] is None)
@@ -860,7 +861,7 @@ def test_where_no_zone_is_permitted_the_verdict_says_what_raised_the_bound(capsy
     verdict = " ".join(capsys.readouterr().out.split())
     assert verdict.startswith("0 of 56 zones permitted, with the bound raised by 14 % for motion up to 5 degrees off")
     verdict = verdict.partition("; not safety")[0]
-    assert "--angle-deg 0 leaves these out, for motion exactly along the direction ONLY" in verdict
+    assert "whether any is without these, --angle-deg 0 tells, for motion exactly along the direction ONLY" in verdict
 
 
 def test_export_of_programs(capsys, tmp_path):

@@ -1033,3 +1033,27 @@ def test_a_segment_has_areas_and_a_contact_or_neither():
     for areas, contact in (((), fm.Contact.TRANSIENT), (("palm",), None)):
         with pytest.raises(fm.InputError, match="or neither"):
             fm.TaskSegment("a", areas, contact, 0.1)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_that_show_more_than_the_tasks_acceleration_count_with_it_everywhere(seed):
+    """A trapezoid with more acceleration than the task says: it is nowhere faster than what rows leave possible."""
+    rng = np.random.default_rng(seed)
+    acceleration, apart, top = rng.uniform(1.0, 5.0), rng.uniform(0.02, 0.1), 1.0
+    ramp = max(top / acceleration, 4 * apart)  # of four rows at least
+    top, cruise = acceleration * ramp, rng.uniform(0.3, 0.6)
+    whole = 2 * ramp + cruise
+
+    def speed(t):
+        return np.clip(np.minimum(acceleration * t, acceleration * (whole - t)), 0, top)
+
+    fine = np.linspace(0, whole, 20001)
+    way = np.append(0, np.cumsum((speed(fine[1:]) + speed(fine[:-1])) / 2 * np.diff(fine)))
+    rows = np.append(np.arange(0, whole - apart / 2, apart), whole)
+    down = np.interp(rows, fine, way)
+    position = np.column_stack([np.full(rows.size, 0.7), np.zeros(rows.size), 3.0 - down])
+    path = fm.ToolPath(position, ("press",) * (rows.size - 1), time=rows)
+    possible = path.fastest_speeds(0.5)
+    for first, last, most in zip(rows[:-1], rows[1:], possible, strict=True):
+        assert speed(np.linspace(first, last, 50)).max() <= most + 1e-6
+    assert path.shown_acceleration <= acceleration + 1e-3

@@ -92,7 +92,7 @@ REFUSED = {
     "more below": (ROWS + "200,800,0,400\nend of log\n", XYZ | CLOCK, "left out: expected a whole log"),
     "thousands": ("X;Y;Z\n1,100;0,100;0,440\n1,200;0,100;0,440\n".replace("0,", "1,"), XYZ, "state decimal"),
     "one point": ("X,Y,Z\n800,0,440\n", XYZ, "found 1 points, expected at least two"),
-    "back in time": ("t,X,Y,Z\n100,800,0,440\n0,800,0,420\n", XYZ | CLOCK, "times that are finite and rise"),
+    "back in time": ("t,X,Y,Z\n100,800,0,440\n0,800,0,420\n", XYZ | CLOCK, "row 3, column t: found 0 s"),
     "no log": ("", XYZ, "the file is empty"),
 }  # fmt: skip
 

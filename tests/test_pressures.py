@@ -236,6 +236,39 @@ def test_a_damaged_film_stops_collect_and_names_the_cell(copy):
         fm.collect_campaign(copy)
 
 
+@pytest.mark.parametrize("written_as", ["as it is", "other text"])
+def test_a_film_that_is_a_copy_of_another_one_stops_collect(copy, written_as):
+    """A low film in place of others would confirm any pressure, whatever its file is named and how it is written."""
+    first, second = sorted((copy / "pressures").iterdir())[:2]
+    text = first.read_text()
+    second.write_text(text if written_as == "as it is" else text.replace(".00;", ".0;"))
+    with pytest.raises(fm.InputError, match=rf"{second.name}: found the same pressures as in .*{first.name}"):
+        fm.collect_campaign(copy)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("unit: N/cm2", "unit: psi"), "of the peak forces on the films"),
+        (("pitch: 1 mm", "pitch: 0.8 mm"), "of the peak forces on the films"),
+        (("pitch: 1 mm", "pitch: 1.00 mm"), ""),
+    ],
+)
+def test_films_that_together_show_less_than_the_force_stop_collect(copy, change, said):
+    """Each by itself shows more than half; all together tell the unit, or the pitch, that makes them too low."""
+    for file in (copy / "pressures").iterdir():
+        text = file.read_text()
+        assert change[0] in text, text[:200]
+        file.write_text(text.replace(*change))
+    for name in ("recordings.csv", "impacts.csv"):
+        (copy / name).unlink()
+    if said:
+        with pytest.raises(fm.InputError, match=said):
+            fm.collect_campaign(copy)
+    else:
+        assert fm.collect_campaign(copy)[1].pressures == 60
+
+
 def test_pressures_in_impacts_csv_are_bound_to_it(copy):
     table = copy / "impacts.csv"
     lines = table.read_text().splitlines()

@@ -7,11 +7,16 @@ import pytest
 from oracle import DEVICE, full_grid, printed_force
 
 import forcemap as fm
+from forcemap.campaigns.point_list import AtPoint
 from forcemap.campaigns.quantity import Quantity
+from forcemap.campaigns.state import CONFIRMING
+from forcemap.findings import FindingKind, in_words
 from forcemap.maps.carry_over import transfer_map
 from forcemap.maps.map_file import map_text
+from forcemap.planning.confirm import Confirmed
+from forcemap.planning.runs import runs_of
 from forcemap.recordings.film import Film
-from forcemap.speeds.basis import doubts_of_fit
+from forcemap.speeds.basis import against_bound, doubts_of_fit
 from sizes import FULL_SIZE
 
 FORCE, PRESSURE = Quantity.FORCE, Quantity.PRESSURE
@@ -473,3 +478,136 @@ def test_a_robots_table_takes_the_lowest_of_both(both):
     assert np.all(exported.speed_mmps[with_speed] <= 1000 * places.speed[with_speed])
     assert Quantity.PRESSURE in set(places.governed_by[with_speed])
     assert any("pressure: 380 N/cm^2" in fm.sentence(note) for note in exported.provenance.bases[0].statements)
+
+
+# -- what measurements say against the map of another quantity
+
+
+def with_test_states(dataset, runs, force, **columns):
+    """The impacts of a table, and those of confirming runs with role test."""
+    count, nothing = len(runs), np.full(len(runs), np.nan)
+    given = {"peak_pressure": nothing, "phase2_force": nothing} | columns
+    added = {
+        "distance": runs.distance,
+        "height": runs.height,
+        "speed": runs.speed,
+        "peak_force": force,
+        "role": ["test"] * count,
+        "state": runs.state_id,
+        "recording": runs.recording,
+    } | given
+    names = ("distance", "height", "speed", "peak_force", "peak_pressure", "phase2_force", "role", "state", "recording")
+    held = {name: np.concatenate([getattr(dataset, name), np.asarray(added[name])]) for name in names}
+    more = {}
+    for name in ("censored", "pressure_censored"):
+        more[name] = np.concatenate([getattr(dataset, name), np.full(count, False)])
+    more["scenario"] = [*dataset.scenario, *([dataset.scenario[0]] * count)]
+    return fm.ImpactDataset.from_arrays(**held, **more, conditions=dataset.conditions)
+
+
+def confirmed(case, quantity, share):
+    """A campaign whose confirming impacts have 0.9 of the force's bound and a share of that of another quantity."""
+    dataset = table(np.random.default_rng(5)) if quantity is PRESSURE else clamping_table()
+    force_map = fm.fit_force_map(dataset)
+    first = fm.confirm_plan(force_map, case["limit"], bound=case["bound"], contact=case["contact"])
+    at = first.plan.distance, first.plan.height, first.plan.speed
+    below = 0.9 * np.asarray(case["bound"].upper(force_map, *at))
+    other = share * np.asarray(case["bound"].upper(force_map.other(quantity), *at))
+    pressure = other if quantity is PRESSURE else np.full(len(below), np.nan)
+    columns = {"peak_pressure": pressure, "phase2_force": other if quantity is not PRESSURE else np.zeros(len(below))}
+    whole = with_test_states(dataset, first.plan, below, **columns)
+    plan = {"planned": first.plan, "recorded": first.plan.state_id.tolist()}
+    refitted = fm.fit_force_map(whole)
+    asked = {"bound": case["bound"], "contact": case["contact"]}
+    checked = {str(name): (True, in_words("within")) for name in first.plan.recording}
+    judged = fm.confirm_plan(refitted, case["limit"], **asked, **plan).judged(whole, checked)
+    return refitted, judged.result
+
+
+def clamping_table():
+    return table(np.random.default_rng(20), clamping=above_peaks, **WITHOUT_PRESSURE)
+
+
+@pytest.mark.parametrize(("quantity", "case"), [(PRESSURE, CASE), (Quantity.CLAMPING_FORCE, HELD)])
+@pytest.mark.parametrize(("share", "passes"), [(0.9, True), (1.05, False), (1.6, False)])
+def test_impacts_that_are_to_confirm_a_map_are_held_against_every_quantity_that_the_limit_names(
+    quantity, case, share, passes
+):
+    """Whatever their force: above the bound of the pressure, or of the clamping force, they contradict the map."""
+    force_map, result = confirmed(case, quantity, share)
+    assert (result.outcome is Confirmed.PASSES) is passes
+    assert all(impact.above_bound is not passes for impact in result.impacts)
+    answer = fm.safe_speed(force_map, 0.7, 0.3, **case)
+    refused = [each for each in answer.basis.refusals if each.kind is FindingKind.OF_QUANTITY]
+    assert bool(refused) is not passes
+    assert np.isnan(answer.speed) is not passes or answer.outcome == "unconfirmed"
+    if passes:
+        assert f"in {quantity.words}, too" in fm.sentence(result.reason)
+        return
+    assert answer.outcome == "unconfirmed"
+    assert all(fm.sentence(each).startswith(f"{quantity.words}: ") for each in refused)
+    assert [each.kind for each in against_bound(force_map, case["bound"])] == [FindingKind.OF_QUANTITY] * len(refused)
+    exceeding = [impact.reason for impact in result.impacts]
+    assert all(f"{quantity.words}: " in fm.sentence(each) for each in exceeding)
+
+
+@pytest.mark.parametrize(("quantity", "case"), [(PRESSURE, CASE), (Quantity.CLAMPING_FORCE, HELD)])
+@pytest.mark.parametrize(("share", "refuses"), [(0.8, False), (1.6, True)])
+def test_what_a_contact_point_shows_of_another_quantity_speaks_against_its_map(
+    quantity, case, share, refuses, tmp_path
+):
+    dataset = table(np.random.default_rng(5)) if quantity is PRESSURE else clamping_table()
+    dataset = replace(dataset, conditions=replace(dataset.conditions, direction="down"))
+    force_map = fm.fit_force_map(dataset)
+    place = 0.7, 0.3, 0.15
+    shown = share * float(case["bound"].upper(force_map.other(quantity), *place))
+    figures = {"pressure": shown} if quantity is PRESSURE else {"phase2": shown}
+    made = {"distance": (0.7, 0.7), "height": (0.3, 0.3), "speed": 0.15, "force": 60.0, "peak": 60.0, "phase2": 0.0}
+    point = AtPoint("points/P1-1.csv", "down", scenario=None, **made | figures)
+    refitted = fm.fit_force_map(replace(dataset, at_points=(point,)))
+    fm.write_map(refitted, tmp_path / "map.json")
+    for each in (refitted, fm.read_map(tmp_path / "map.json")):
+        answer = fm.safe_speed(each, 0.7, 0.3, **case)
+        said = [fm.sentence(why) for why in (*answer.basis.refusals, *answer.basis.warnings)]
+        told = [line for line in said if "points/P1-1.csv" in line]
+        assert bool(told) is refuses
+        assert all(line.startswith(f"{quantity.words}: ") for line in told if quantity is PRESSURE)
+        assert all(f"{shown:.1f} {quantity.unit}" in line for line in told)
+        assert (answer.outcome == "unconfirmed") is refuses
+        assert bool(answer.basis.export_refusal) is refuses
+
+
+@pytest.mark.parametrize("pressed", ["as before", "risen", "not measured"])
+def test_a_map_holds_for_new_impacts_only_with_its_other_quantities(pressed):
+    """The forces are as before; the pressures are, or have risen by 40 %, or nobody measured them."""
+    force_map = fm.fit_force_map(table(np.random.default_rng(5)))
+    new = table(np.random.default_rng(6), points=SPREAD[::3] + np.array([0.01, 0.01, 0.004]))
+    factor = {"as before": 1.0, "risen": 1.4, "not measured": np.nan}[pressed]
+    new = replace(new, peak_pressure=factor * new.peak_pressure)
+    found = fm.check_map(force_map, new)
+    assert found.outcome == {"as before": "holds", "risen": "does_not_hold", "not measured": "cannot_tell"}[pressed]
+    assert any(fm.sentence(each).startswith("peak pressure: ") for each in found.statements)
+    assert fm.sentence(found.reason).startswith("peak pressure: ") is (pressed != "as before")
+    assert fm.check_map(replace(force_map, others=()), new).outcome == "holds"
+
+
+def test_what_speaks_against_the_pressure_is_to_be_measured_next_and_nobody_may_stop():
+    """At the states whose films failed, whatever the force leaves to gain elsewhere."""
+    force_map, result = confirmed(CASE, PRESSURE, 1.6)
+    failed = {impact.state for impact in result.impacts}
+    test = force_map.fit.test
+    whole = with_test_states(
+        table(np.random.default_rng(5)),
+        runs_of(test.coordinates, 1, np.full(len(test), np.nan), role="test", prefix=CONFIRMING),
+        test.force,
+        peak_pressure=force_map.other(PRESSURE).fit.test.force,
+    )
+    found = fm.next_measurements(whole, HAND, contact=fm.Contact.TRANSIENT, bound=fm.ToleranceBound(), batch=10)
+    assert found.needs_more
+    said = [fm.sentence(each) for each in found.warnings]
+    assert any(
+        line.startswith("peak pressure: IMPACTS THAT WERE TO CONFIRM THE MAP LIE ABOVE ITS BOUND") for line in said
+    )
+    planned = np.unique(np.column_stack([found.plan.distance, found.plan.height, found.plan.speed]), axis=0)
+    assert len(planned) == len(failed)
+    np.testing.assert_allclose(np.sort(planned, axis=0), np.sort(test.coordinates, axis=0), atol=2e-3)

@@ -320,7 +320,7 @@ class TestColumns:
         path = write("time_ms,force_kN\n" + table(TIME, FORCE))
         error = refused(path, {"time": "time_ms", "force": "force_kN", "force_unit": "kN"})
         assert error.message == (
-            "the file says 'ms', the column map time_unit = 's' (which holds if it states none); "
+            "the file says 'ms', the column map time_unit = 's' (s is the default, too); "
             "state time_unit = 'ms', or correct the file"
         )
         assert refused(path, {"time": 1, "time_unit": "ms", "force": 2}).column == "force_kN"

@@ -260,9 +260,65 @@ def test_a_campaign_that_has_grown_brings_what_is_new(register, tmp_path):
     second = enter(register, tmp_path / "b", cell="plant/cell-1")
     assert (first.new_recordings, second.recordings, second.new_recordings) == (30, 36, 6)
     assert second.new_impacts < 36
-    elsewhere = enter(register, tmp_path / "b", cell="plant/another")
+    elsewhere = enter(register, tmp_path / "b", cell="plant/another", new=True)
     assert (elsewhere.new, elsewhere.new_recordings, elsewhere.new_impacts) == (True, 0, 36)
     assert whole(register)
+
+
+def test_a_cell_that_is_named_and_not_known_is_made_only_if_it_is_to_be_new(blank, folders, tmp_path, ask):
+    """A slip in --cell would leave the releases of the cell that was meant in force."""
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    bare = collected(tmp_path / "bare", 30, 8, site="", cell="")
+    further = collected(tmp_path / "further", 30, 9, site="", cell="")
+    code, answer = ask("register", "enter", bare, "--cell", "plant/cell-1", "--register", where)
+    assert code == 0  # the first one of a register is no slip for another
+    assert answer["entered"][0]["new_cell"]
+    for slip in ("plant/cel-1", "cel-1", "hall/cell-1"):
+        code, answer = ask("register", "enter", further, "--cell", slip, "--register", where)
+        assert code == 2
+        assert "there is no cell" in answer["error"]["message"]
+        assert "--new" in answer["error"]["message"]
+    assert "'plant/cell-1'" in answer["error"]["message"]
+    for name, options, made in (("cell-1", (), False), ("plant/cell-2", ("--new",), True)):
+        code, answer = ask("register", "enter", further, "--cell", name, *options, "--register", where)
+        assert (code, answer["entered"][0]["new_cell"]) == (0, made)
+    (entered,) = ask("register", "enter", folders[4], "--register", where)[1]["entered"]
+    assert (entered["cell"], entered["new_cell"]) == ("plant/cell-3", True)  # as [protocol] states
+
+
+def test_recordings_that_are_entered_for_another_cell_under_other_conditions_end_a_release(register, tmp_path):
+    """One recording was measured at one cell, under one firmware: entered otherwise it contradicts the release."""
+    before = collected(tmp_path / "before", 30, 3, firmware="5.10")
+    enter(register, before)
+    copies = {}
+    for name, firmware, robot in (
+        ("same", "5.10", "1"),
+        ("sister", "5.13", "2"),
+        ("other", "5.11", "1"),
+        ("none", "5.12", "1"),
+    ):
+        where = {"site": "", "cell": ""} if name == "none" else {"cell": f"cell-{name}"}
+        copies[name] = collected(tmp_path / name, 30, 3, firmware=firmware, **where)
+        for number in ("R", "C"):  # serial numbers of robot and controller
+            edit(copies[name] / "campaign.toml", f"{number}-{where['cell']}", f"{number}-cell-{robot}")
+
+    def standing(number):
+        found = {each.release: each for each in cell_state(register, "cell-1")[0].releases}[number]
+        return [finding.kind.value for finding in found.failed]
+
+    first = add_release(register, subject="task 1")
+    assert standing(first) == []
+    for name in ("same", "sister"):
+        assert "plant/cell-1" in enter(register, copies[name]).also_of
+        assert standing(first) == []
+    enter(register, copies["other"])
+    assert standing(first) == ["release_entered_elsewhere"]
+    second = add_release(register, subject="task 2")
+    assert standing(second) == []  # released anew by somebody who knows
+    enter(register, copies["none"])
+    assert standing(first) == standing(second) == ["release_entered_elsewhere"]
+    due = [each for each in what_is_due(register) if each.release == second]
+    assert [finding.kind.value for each in due for finding in each.findings] == ["release_entered_elsewhere"]
 
 
 def test_recordings_at_contact_points_are_entered_with_what_they_show(register, measured, tmp_path, asked):
@@ -375,7 +431,7 @@ def test_from_a_release_to_its_end(register, measured, asked):
         point = ["release", "cell-1", measured, "--point", "P1", "--valid-until", UNTIL]
         assert asked(*point)[1]["release"] == 2
         of_point = asked("state", "cell-1")[1]["releases"][0]["speeds"]
-        of_tilted = [line for line in said["warnings"] if line.startswith("motion off the map's direction")]
+        of_tilted = [line for line in said["warnings"] if line.startswith("OFF THE MAP'S DIRECTION")]
         assert set(said["warnings"]) - {*of_tilted} <= set(of_point["warnings"])
         assert len(of_tilted) == 1
         assert any("map" in line for line in of_point["assumptions"])
@@ -1570,7 +1626,7 @@ def going_on(where, folder, number, told):
         i += 1
         head = change(opened, f"plant/k{number}", {"tool": f"{i}"}, new=True, person="operator").head
         told.send(head.number)
-        enter(opened, folder, cell=f"plant/k{number}-{i}", person="operator")
+        enter(opened, folder, cell=f"plant/k{number}-{i}", new=True, person="operator")
         told.send(count(opened, "audit"))
 
 
@@ -2041,7 +2097,7 @@ def test_pages_show_the_register_and_only_read_it(blank, folders, tmp_path):
     where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
     with open_register(where) as register:
         enter(register, folders[0])
-        enter(register, collected(tmp_path / "bare", 30, 8, site="", cell=""), cell="a b/<i>")
+        enter(register, collected(tmp_path / "bare", 30, 8, site="", cell=""), cell="a b/<i>", new=True)
         change(register, "plant/unknown", {"program": "x"}, new=True)
         add_release(register)
     with client_of(folders[0].parent, register=where) as client:

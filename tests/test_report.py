@@ -179,7 +179,7 @@ def test_missing_entries_are_shown_as_missing(reports):
 def test_saturated_recordings_give_no_speed(reports):
     _, assessment, page = reports("saturated")
     assert [cells[2] for cells in rows(page, "answer")] == ["NO PERMISSION", "NO PERMISSION"]
-    assert "m/s, there and between" not in page
+    assert "m/s, there, between" not in page
     assert rows(page, "verdicts")[0][1:] == ["27 states", "0 states", "0 states", "0 states"]
     assert page.count('<svg class="curve"') == len(assessment.states) == 27
 
@@ -199,7 +199,7 @@ def test_the_first_page_says_what_is_confirmed_and_what_is_not(reports):
     assert highest < fm.floor_speed(found.fastest_to_program)
     assert answers[0][1] == "280 N"
     assert answers[0][2].startswith(f"PERMITTED BY THE MAP at {found.confirmed} of ")
-    assert answers[0][3] == f"{program} {at_contact}, there and between {off_axis}"
+    assert answers[0][3] == f"{program} {at_contact}, there, between and at the edge {off_axis}"
     assert answers[0][4].startswith("0.263 m/s")
     assert [cells[2] for cells in answers[1:]] == ["NO PERMISSION", "NOT PERMITTED", "NOT PERMITTED"]
     assert [cells[1] for cells in answers[2:]] == ["no contact", "no contact"]

@@ -37,6 +37,8 @@ def root(simulated, tmp_path_factory):
     (root / "listed" / "campaign.toml").write_text(stated.replace('direction = "down"', 'direction = "up"'))
     for name in ("recordings.csv", "impacts.csv"):
         (root / "listed" / name).unlink()
+    for file in (root / "listed" / "recordings").iterdir():  # an atlas takes no file twice
+        file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
     fm.build_dataset(fm.read_campaign(root / "listed"))
     points = "point_id,distance_m,height_m,body_area,contact,body,rests_on\n"
     points += "P1,0.7,0.3,chest,transient,free,map\nP2,0.7,0.3,palm,transient,free,map\n"

@@ -54,6 +54,7 @@ class EnteredAnswer(Answer):
     new_impacts: int
     facts: list[str]
     also_of: list[str]
+    new_cell: bool
 
 
 class NotEntered(Answer):
@@ -290,6 +291,7 @@ class ExceededAnswer(Answer):
 
     limit_N: float
     exceeded: int
+    files: int
     cannot_tell: int
     campaigns: list[ExceededEntry]
     largest: list[LargeImpactAnswer]

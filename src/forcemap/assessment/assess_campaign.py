@@ -50,7 +50,7 @@ from forcemap.maps.carry_over import campaign_map
 from forcemap.maps.coefficients import Coefficient, coefficient_intervals
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.forms import CFM_2D, CFM_3D, Form
+from forcemap.maps.forms import CFM_2D, Form
 from forcemap.planning.confirm import ConfirmationResult
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import doubts_of_fit, unconfirmed
@@ -160,7 +160,7 @@ def assess_campaign(
     limits: Sequence[ForceLimit] = (),
     limit_table: LimitTable | None = None,
     bound: Bound | None = None,
-    form: Form = CFM_3D,
+    form: Form | None = None,
     step: float = PLACES_APART,
     allowance: Allowance | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -183,8 +183,8 @@ def assess_campaign(
         Where the limits of contact points stand; that of campaign.toml if not given.
     bound : Bound, optional
         Bound behind the speeds; a tolerance bound with the device's error if not given.
-    form : Form
-        Form of the map.
+    form : Form, optional
+        Form of the map; as in `fit_force_map` if not given.
     step : float
         Distance between the places of the speed tables [m].
     allowance : Allowance, optional
@@ -365,10 +365,9 @@ class _Fitted:
 
 
 def _fitted(
-    folder: Path, records: Campaign | Missing, dataset: ImpactDataset | Missing, form: Form, bound: Bound
+    folder: Path, records: Campaign | Missing, dataset: ImpactDataset | Missing, form: Form | None, bound: Bound
 ) -> _Fitted:
-    stated = None if form == CFM_3D else form
-    force_map = attempt(lambda: campaign_map(folder, present(dataset), form=stated))
+    force_map = attempt(lambda: campaign_map(folder, present(dataset), form=form))
     carried = attempt(lambda: _carried(present(force_map), bound))
     if isinstance(force_map, Missing):
         return _Fitted(force_map, carried, _none_confirms)
@@ -424,11 +423,12 @@ def _none_confirms(*_: Any) -> ConfirmationResult | None:
 
 
 def _compared(
-    measured: _Measured, fitted: _Fitted, form: Form, limit: ForceLimit, model: ContactModel | Missing
+    measured: _Measured, fitted: _Fitted, form: Form | None, limit: ForceLimit, model: ContactModel | Missing
 ) -> Comparison:
     impacts, _, masses = present(measured.dataset), present(fitted.force_map), present(model)
     usable, under = limit if limit.permitted else None, None if isinstance(fitted.bound, Missing) else fitted.bound
-    return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+    case: dict[str, Any] = {"form": form, "bound": under, "limit": usable}
+    return compare_force_models(impacts, **masses.figures, **case, force_map=present(fitted.force_map))
 
 
 def _points(
@@ -497,7 +497,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
     simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
     measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, said)
     bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)
-    fitted = _fitted(stated.folder, records, dataset, CFM_3D, bound)
+    fitted = _fitted(stated.folder, records, dataset, None, bound)
     points = attempt(lambda: _points(stated, measured, records, fitted, robot))
     judged = () if isinstance(points, Missing) else points
     return AssessedPoints(

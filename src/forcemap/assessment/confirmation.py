@@ -57,9 +57,13 @@ def confirmation_plan(
     case: dict[str, Any] = {"bound": bound, "contact": contact, "impacts": impacts, "recorded": recorded}
     case["planned"] = campaign.plan
     plan = confirm_plan(force_map, limit, **case).judged(dataset, checked)
-    if not plan.superseded:
-        return plan
-    return confirm_plan(force_map, limit, superseded=plan.superseded, **case).judged(dataset, checked)
+    if plan.superseded:
+        plan = confirm_plan(force_map, limit, superseded=plan.superseded, **case).judged(dataset, checked)
+    confirming = campaign.plan.recording[ConfirmationPlan.among(campaign.plan)]
+    if missing := [name for name in campaign.missing if name not in confirming]:
+        found = Finding.of(FindingKind.CONFIRM_RUNS_MISSING, runs=len(missing), first=missing[0])
+        plan = replace(plan, warnings=(found, *plan.warnings))
+    return plan
 
 
 Confirmations = Callable[[ForceLimit | NewtonLimit, Contact | None, Bound], ConfirmationResult | None]

@@ -136,16 +136,16 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     mistaken = unit_of_time_finding(durations, springs, conditions.robot_mass)
     if mistaken:
         return Binding(BindingState.BROKEN, mistaken)
-    return Binding(BindingState.BOUND, _left_out(table.parent, entries))
+    return Binding(BindingState.BOUND, _left_out(table.parent, entries, conditions.contact_site))
 
 
-def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
+def _left_out(folder: Path, entries: Sequence[Entry], site: str) -> Finding | None:
     """That impacts do not count, as a person excluded them, no plan names them, or they were discarded; None if so few
     that it says nothing: at most `MOST_LEFT_OUT`, no whole state, none to confirm the map, none at a contact point."""
     hit = [entry for entry in entries if entry.peak_force > 0]
     used = [entry for entry in hit if entry.use is Use.USED]
     out = [entry for entry in hit if entry.use is not Use.USED]
-    points, counted = _at_points(folder), {"", *(entry.state_id for entry in used)}
+    (points, slips), counted = _at_points(folder, site), {"", *(entry.state_id for entry in used)}
     lost = tuple(dict.fromkeys(entry.state_id for entry in out if entry.state_id not in counted))
     confirming = sum(entry.state_id.startswith(CONFIRMING) for entry in out)
     if not (lost or confirming or points or len(out) > MOST_LEFT_OUT * len([*out, *used])):
@@ -153,15 +153,16 @@ def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
     every = [*out, *points]
     counts = {"impacts": len(every), "of": len(every) + len(used), "confirming": confirming, "points": len(points)}
     highest = float(np.fmax.reduce([math.nan, *(entry.peak_force for entry in every)]))
-    return Finding.of(FindingKind.IMPACTS_LEFT_OUT, **counts, lost=lost, highest_N=highest)
+    return Finding.of(FindingKind.IMPACTS_LEFT_OUT, **counts, lost=lost, highest_N=highest, slips=slips, site=site)
 
 
-def _at_points(folder: Path) -> Sequence[Entry]:
-    """Recordings at contact points that do not count; what is wrong with list or register is said elsewhere."""
+def _at_points(folder: Path, site: str) -> tuple[Sequence[Entry], tuple[str, ...]]:
+    """Recordings at contact points that do not count, and the sites by whose spelling they do not; what is wrong with
+    list or register is said elsewhere."""
     try:
-        return left_out_at_points(folder)
+        return left_out_at_points(folder, site)
     except InputError:
-        return ()
+        return (), ()
 
 
 def in_stated_units(binding: Binding, conditions: Conditions, *groups: States) -> Binding:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +16,17 @@ from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, Used
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.memory import NOTE_FILE, checksums_of, is_settled, read_from, remembering, settle
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
-from forcemap.campaigns.point_recordings import register_points
-from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in, require_known
+from forcemap.campaigns.point_recordings import films_at_points, register_points
+from forcemap.campaigns.pressures import (
+    PRESSURES_FOLDER,
+    Films,
+    film_of,
+    films_in,
+    require_different,
+    require_known,
+    require_whole_forces,
+)
+from forcemap.campaigns.quantity import Quantity
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import Entry, none_used, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
@@ -154,7 +163,17 @@ def collected(
         _require_unchanged(campaign, recording)
         judged.append(registered(campaign, recording, used, films))
     require_known(films, (entry for entry, _ in judged))
+    require_whole_forces(used.force_shares, campaign.conditions.film, campaign.folder / PRESSURES_FOLDER)
+    require_different([*_films_of(films, judged), *films_at_points(campaign.folder)], campaign.conditions.film)
     return [entry for entry, _ in judged], [row for _, row in judged if row]
+
+
+def _films_of(films: Films, judged: Iterable[tuple[Entry, Row | None]]) -> Iterator[tuple[Path, str]]:
+    """The films of the recordings that are used, and the pressure that each gave."""
+    for entry, row in judged:
+        pressure = row and row.get(Quantity.PRESSURE.column)
+        if pressure and (file := film_of(films, entry)):
+            yield file, pressure
 
 
 def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from difflib import SequenceMatcher
 from fnmatch import fnmatchcase
 from functools import cache, cached_property
 from operator import attrgetter
@@ -30,10 +31,18 @@ CAMPAIGN_FILE = "campaign.toml"
 PLAN_TABLE = "plan"
 """The table of campaign.toml that `plan` writes and `next` keeps to."""
 
+FORM_ENTRY = "map.form"
+FORM_NAMES = ("CFM_2D", "CFM_3D", "FULL_CUBIC", "LOG_SPEED")
+"""What it may state: the names of `forcemap.maps.forms.FORMS`."""
+
 UNFINISHED = "unfinished"
 """The entry that stands in campaign.toml as long as the lab writes recordings beside it."""
 
 _LARGEST_SPEED_ERROR = 0.5  # more is a percentage, or a campaign that says nothing of speeds
+_NEARLY_ALIKE = 0.8
+"""Share of letters in which two names of contact sites agree that may be one. A choice: a letter that is missing, too
+many, or at the other's place in a word of six."""
+
 _ROUNDING = 1e-9  # of a speed [m/s]
 _USUAL_SPEED_ERROR = 0.03  # that a warning names as an example: at this one, half of campaigns break their promise
 
@@ -69,6 +78,8 @@ class Conditions:
         Class of the low-pass whose peak is reported beside the raw one; NaN for none.
     place_tolerance, speed_tolerance : float
         How far repeats of a state may lie apart [m], [m/s].
+    form : str
+        Name of the map's form, one of `FORM_NAMES`; empty for the default.
     slowest : float
         States slower than this are not fitted [m/s]: a map holds from there. NaN for none.
     reach, fastest : float
@@ -106,6 +117,7 @@ class Conditions:
     channel_frequency_class: float = math.nan
     place_tolerance: float = math.nan
     speed_tolerance: float = math.nan
+    form: str = ""
     slowest: float = math.nan
     reach: float = math.nan
     fastest: float = math.nan
@@ -126,6 +138,8 @@ class Conditions:
             raise InputError(f"payload: found {self.payload:g} kg, expected a finite number of at least 0")
         if self.channel_frequency_class <= 0 or self.channel_frequency_class == math.inf:
             raise InputError("channel frequency class: expected a positive finite number, such as 180 or 600")
+        if self.form not in ("", *FORM_NAMES):
+            raise InputError(f"map.form: found {self.form!r}, expected one of {', '.join(FORM_NAMES)}")
         if self.slowest <= 0:
             raise InputError(f"map.slowest_mps: found {self.slowest:g}, expected metres per second above 0")
         if self.reach <= 0:
@@ -297,11 +311,14 @@ class Conditions:
         }
 
     def to_tables(self) -> dict[str, Any]:
-        """The stated entries as the tables of campaign.toml (SI units in the names), but [plan]: no map rests on it."""
+        """The stated entries as the tables of campaign.toml (SI units in the names), but those no map has from them.
+
+        No map rests on [plan], and each states its form itself.
+        """
         tables: dict[str, Any] = {}
         for entry, value in self.stated.items():
             section, _, key = entry.rpartition(".")
-            if section == PLAN_TABLE:
+            if section == PLAN_TABLE or entry == FORM_ENTRY:
                 continue
             (tables.setdefault(section, {}) if section else tables)[key] = value
         for pattern, device in self.devices:
@@ -470,6 +487,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     "pressure.pitch_m": ("film.pitch", None),
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
+    FORM_ENTRY: ("form", "terms of the map, CFM_3D if not stated; forcemap evaluate --forms says which suits"),
     "map.slowest_mps": ("slowest", "the map holds from this speed on; slower states are not fitted, but count"),
     f"{PLAN_TABLE}.reach_m": ("reach", "next plans no place farther from the base's origin"),
     f"{PLAN_TABLE}.fastest_mps": ("fastest", "next plans no faster impact, unless --speeds-mps says so"),
@@ -495,6 +513,13 @@ def may_be_alike(site: str, direction: str, other_site: str, other_direction: st
     sites = {normalised(site), normalised(other_site)} - {""}
     along = not (direction and other_direction) or same_direction(direction, other_direction, within=WIDEST_ANGLE)
     return len(sites) < 2 and along
+
+
+def nearly_alike(site: str, other_site: str) -> bool:
+    """Whether two contact sites that differ are spelt so alike, with the same digits, that one may be a slip."""
+    one, other = normalised(site), normalised(other_site)
+    digits = ["".join(filter(str.isdigit, text)) for text in (one, other)]
+    return one != other and digits[0] == digits[1] and SequenceMatcher(None, one, other).ratio() >= _NEARLY_ALIKE
 
 
 def normalised(text: str) -> str:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 # what other rooms take from here beside ImpactDataset
 __all__ = [
     "CONFIRMING",
+    "LEAST",
     "SPEED_NOT_STATED",
     "AtPoint",
     "Binding",
@@ -116,6 +117,8 @@ class ImpactDataset:
         What `peak_force`, `censored` and `device_range` are of: the force, unless it was asked for another (`of`).
     without : int
         Impacts that were left out because they do not have that quantity.
+    other_sites : tuple of (str, int, float)
+        Other contact sites with impacts at contact points: how many, and their highest force [N].
     at_points : tuple of AtPoint
         What was measured at contact points alone, of the campaign's contact site: not fitted, but it may contradict a
         speed.
@@ -148,6 +151,7 @@ class ImpactDataset:
     quantity: Quantity = Quantity.FORCE
     without: int = 0
     at_points: tuple[AtPoint, ...] = ()
+    other_sites: tuple[tuple[str, int, float], ...] = ()
 
     @classmethod
     def from_arrays(
@@ -300,6 +304,15 @@ class ImpactDataset:
         left_out = len(self) - rows.size
         return replace(self, **arrays, extra=extra, device_range=usable, quantity=quantity, without=left_out)
 
+    def shown(self, quantity: Quantity) -> FloatArray:
+        """What every impact shows of a quantity, in its unit, shape (n,); NaN where nothing is known of it."""
+        others = {Quantity.PRESSURE: self.peak_pressure, Quantity.CLAMPING_FORCE: self.phase2_force}
+        return others.get(quantity, self.peak_force)
+
+    def shown_at_least(self, quantity: Quantity) -> Mask:
+        """Of which impacts that is a lower bound, shape (n,)."""
+        return self.pressure_censored if quantity is Quantity.PRESSURE else self.censored
+
     @property
     def pressures(self) -> int:
         """Number of impacts of which a pressure was measured."""
@@ -400,11 +413,14 @@ class ImpactDataset:
 
     @property
     def disagreeing_repeats(self) -> list[str]:
-        """Names of the states whose repeats, censored ones too, differ by over 10 %: look at their recordings."""
-        state = self.again.state
-        order = np.lexsort((self.peak_force, state))
-        names, first, count = np.unique(state[order], return_index=True, return_counts=True)
-        lowest, highest = self.peak_force[order[first]], self.peak_force[order[first + count - 1]]
+        """Names of the states whose repeats differ by over 10 %: look at their recordings.
+
+        Of a censored one only that it is at least so high is known.
+        """
+        names, index = np.unique(self.again.state, return_inverse=True)
+        lowest, highest = np.full(len(names), math.inf), np.zeros(len(names))
+        np.minimum.at(lowest, index, np.where(self.censored, math.inf, self.peak_force))
+        np.maximum.at(highest, index, self.peak_force)
         return [str(name) for name in names[highest > DISAGREEMENT * lowest]]
 
     def to_frame(self) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_condit
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
 from forcemap.campaigns.one_campaign import require_one_scenario, require_one_series
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.point_list import measured_at_points
+from forcemap.campaigns.point_list import at_other_sites, measured_at_points
 from forcemap.campaigns.recordings_table import REGISTER_FILE, Use, none_used, read_register
 from forcemap.csv_table import Table, csv_cell, csv_text, read_table
 from forcemap.errors import InputError, TableError
@@ -100,8 +100,10 @@ def read_dataset(
         message = f"{error.message}; and the table is not what forcemap collect wrote" if broken else error.message
         raise TableError(message, file=str(table), row=error.row, column=error.column) from None
     bound = dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
-    at_points = measured_at_points(table.parent, dataset.conditions) if table.name == TABLE_FILE else ()
-    return replace(bound, at_points=at_points)
+    if table.name != TABLE_FILE:
+        return bound
+    others = at_other_sites(table.parent, dataset.conditions.contact_site)
+    return replace(bound, at_points=measured_at_points(table.parent, dataset.conditions), other_sites=others)
 
 
 def _not_there(folder: Path) -> str:

@@ -12,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.conditions import Conditions, may_be_alike
+from forcemap.campaigns.conditions import Conditions, may_be_alike, nearly_alike
 from forcemap.campaigns.phase_two import PhaseTwo
-from forcemap.campaigns.recordings_table import Entry, read_register, row_sha256
+from forcemap.campaigns.quantity import LEAST, Quantity
+from forcemap.campaigns.recordings_table import PEAK_PRESSURE, PRESSURE_FROM, Entry, read_register, row_sha256
 from forcemap.csv_table import Table, read_table
+from forcemap.errors import TableError
 from forcemap.files import read_bytes
 from forcemap.impacts.scenario import ContactScenario
 
@@ -39,13 +41,14 @@ COLUMNS = (
 SPEED_NOT_STATED = 1e-3
 """In place of a speed that is not stated [m/s]: slower than any that is fitted, so that it speaks against all."""
 
-_LEAST = 1.0  # N; noise around nothing
-
 _STEPS = 7  # places of a zone along either axis: 8 mm apart in one of 50 mm
 
 
 class AtPoint(NamedTuple):
-    """A recording made at a contact point, with the largest force that it shows [N], in a zone [m] at a speed [m/s]."""
+    """A recording made at a contact point, with the largest force that it shows [N], in a zone [m] at a speed [m/s].
+
+    `pressure` is that of its film [N/cm^2], a lower bound where it was saturated; NaN without one.
+    """
 
     recording: str
     direction: str
@@ -56,6 +59,12 @@ class AtPoint(NamedTuple):
     peak: float
     phase2: float
     scenario: ContactScenario | None
+    pressure: float = math.nan
+
+    def of(self, quantity: Quantity) -> float:
+        """What it shows of a quantity, in its unit; NaN if nothing is known of it."""
+        shown = {Quantity.PRESSURE: self.pressure, Quantity.CLAMPING_FORCE: self.phase2}
+        return shown.get(quantity, self.force)
 
     def places(self, measured: FloatArray) -> list[tuple[float, float]]:
         """Places all over the part of its zone that lies in the box around measured ones, shape (m, 2) [m].
@@ -96,7 +105,7 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
     register, listed = folder / POINT_REGISTER, folder / POINTS_FILE
     if not (register.exists() and listed.exists()):
         return ()
-    shown = {entry.file: entry for entry in read_register(register) if _force(entry) >= _LEAST}
+    shown = {entry.file: entry for entry in read_register(register) if _force(entry) >= LEAST}
     table = point_table(read_bytes(listed), str(listed))
     numbers = {name: table.numbers(name, required=False) for name in NUMBERS if name in table.columns}
     found: dict[AtPoint, None] = {}
@@ -114,13 +123,32 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
         ends = [(min(low, high), max(low, high)) if high == high else (low, low) for low, high in zone]
         for name in named:
             entry = shown[name]
-            of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario)
+            of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario, _pressure(entry, register))
             found[AtPoint(name, direction, ends[0], ends[1], speed, *of_file)] = None
     return tuple(found)
 
 
-def left_out_at_points(folder: Path) -> list[Entry]:
-    """Collected files in points/ that count for nothing: a person took them out, or no contact point names them.
+def at_other_sites(folder: Path, site: str) -> tuple[tuple[str, int, float], ...]:
+    """Contact sites, other than a campaign's, of points with collected files: how many these are, and their highest
+    force [N]; errors as `measured_at_points`."""
+    register, listed = folder / POINT_REGISTER, folder / POINTS_FILE
+    if not (register.exists() and listed.exists()):
+        return ()
+    shown = {entry.file: _force(entry) for entry in read_register(register) if _force(entry) >= LEAST}
+    found: dict[str, dict[str, float]] = {}
+    for cells in point_table(read_bytes(listed), str(listed)).texts:
+        other = cells.get("contact_site", "")
+        if not may_be_alike(other, "", site, ""):
+            named = {name: force for name, force in shown.items() if names_file(_patterns(cells), name)}
+            found.setdefault(other, {}).update(named)
+    return tuple((other, len(files), max(files.values())) for other, files in found.items() if files)
+
+
+def left_out_at_points(folder: Path, site: str) -> tuple[list[Entry], tuple[str, ...]]:
+    """Collected files in points/ that count for nothing, or may do so by a slip alone.
+
+    A person took them out, no contact point names them, or the points that do have a contact site which is spelt nearly
+    as the campaign's is and so counts as another. With these sites.
 
     Raises
     ------
@@ -129,14 +157,20 @@ def left_out_at_points(folder: Path) -> list[Entry]:
     """
     register, listed = folder / POINT_REGISTER, folder / POINTS_FILE
     if not register.exists():
-        return []
+        return [], ()
     rows = point_table(read_bytes(listed), str(listed)).texts if listed.exists() else []
-    named = [pattern for cells in rows for pattern in _patterns(cells)]
-    return [
+    slips = [cells for cells in rows if nearly_alike(cells.get("contact_site", ""), site)]
+    named = [pattern for cells in rows for pattern in _patterns(cells) if cells not in slips]
+    found = [
         entry
         for entry in read_register(register)
-        if entry.exclude or (not names_file(named, entry.file) and _force(entry) >= _LEAST)
+        if entry.exclude or (not names_file(named, entry.file) and _force(entry) >= LEAST)
     ]
+    return found, tuple(
+        dict.fromkeys(
+            cells["contact_site"] for cells in slips if any(names_file(_patterns(cells), each.file) for each in found)
+        )
+    )
 
 
 def _patterns(cells: Mapping[str, str]) -> list[str]:
@@ -165,6 +199,15 @@ def _force(entry: Entry) -> float:
     if entry.exclude and entry.row_sha256 == row_sha256(entry):
         return math.nan
     return float(np.fmax(entry.peak_force, entry.phase2_force))
+
+
+def _pressure(entry: Entry, register: Path) -> float:
+    """The largest pressure of a film at a contact point [N/cm^2]; NaN without one."""
+    kept = entry.conditions.get(PEAK_PRESSURE, "")
+    if entry.conditions.get(PRESSURE_FROM) and not kept:
+        message = f"{entry.file} was collected by a version that did not keep its pressure; forcemap collect"
+        raise TableError(message, file=str(register))
+    return float(kept) if kept else math.nan
 
 
 def _spread(low: float, high: float, near: float, far: float) -> list[float]:

@@ -16,11 +16,19 @@ from forcemap.campaigns.binding import changed_conditions
 from forcemap.campaigns.campaign import files_below
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
-from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
+from forcemap.campaigns.pressures import (
+    PRESSURES_FOLDER,
+    Films,
+    film_of,
+    films_in,
+    measured_pressure,
+    require_different,
+)
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import (
     FIRST_READ,
     MEASURED_ON,
+    PEAK_PRESSURE,
     PRESSURE_FROM,
     READ_WITH,
     Entry,
@@ -125,7 +133,7 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
     TableError
         The register cannot be used.
     CampaignFileError
-        A film that belongs to none of them, or to several, or cannot be used.
+        A film that belongs to none of them, or to several, is a copy, or cannot be used.
     """
     register, files = folder / POINT_REGISTER, point_files(folder)
     known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
@@ -143,6 +151,7 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
                 then = replace(read, exclude=then.exclude, conditions=then.conditions)
             now = conditions.measured_under(name) | _film(films, name, conditions)  # a film may be added later
             known[name] = replace(then, conditions=now | dict(then.conditions))
+    require_different(_films_of(films, known.values()), conditions.film)
     text = register_text(known.values())
     with alone(folder):
         if not register.exists() or read_bytes(register) != text.encode():
@@ -194,7 +203,24 @@ def _basis(
 def _film(films: Films, name: str, conditions: Conditions) -> dict[str, str]:
     """The film of a file and what it gives; empty without one."""
     film = measured_pressure(films, conditions.film, Entry(file=name))
-    return {PRESSURE_FROM: f"{film.file} {film.sha256[:16]}: {film.pressure:.2f} N/cm^2"} if film else {}
+    if film is None:
+        return {}
+    pressure = f"{film.pressure:.2f}"
+    return {PRESSURE_FROM: f"{film.file} {film.sha256[:16]}: {pressure} N/cm^2", PEAK_PRESSURE: pressure}
+
+
+def films_at_points(folder: Path) -> Iterator[tuple[Path, str]]:
+    """The films of the registered files in points/ that are there, and the pressure that each gave."""
+    register, films = folder / POINT_REGISTER, films_in(folder / POINT_FILMS)
+    if films and register.exists():
+        yield from _films_of(films, read_register(register))
+
+
+def _films_of(films: Films, entries: Iterable[Entry]) -> Iterator[tuple[Path, str]]:
+    for entry in entries:
+        file, pressure = film_of(films, entry), entry.conditions.get(PEAK_PRESSURE, "")
+        if file and pressure:
+            yield file, pressure
 
 
 def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Iterator[PointRecording]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+import numpy as np
+
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.recordings_table import Entry
@@ -14,7 +18,7 @@ from forcemap.csv_table import csv_cell
 from forcemap.errors import CampaignFileError, InputError
 from forcemap.files import read_bytes, sha256
 from forcemap.recordings.film import Film
-from forcemap.recordings.pressure_matrix import read_pressure_matrix
+from forcemap.recordings.pressure_matrix import AT_RANGE, read_pressure_matrix
 
 PRESSURES_FOLDER = "pressures"
 """Folder of a campaign; its files bear the names of the runs, or of their recordings, with any ending."""
@@ -25,6 +29,15 @@ Films = Mapping[str, Sequence[Path]]
 _LEAST_SHARE = 0.5
 """Share of the peak force that all cells together, each with its largest pressure, have to show at least. A choice: a
 film of 10 to 15 % error shows more; one with a mistaken unit or pitch, or beside the contact, less."""
+
+
+_FEWEST_FILMS, _FORCE_ERROR = 3, 0.10
+"""Films from which on their forces are compared with the device's, and by which share more than their error they may
+lie below. A choice: psi stated for N/cm^2, or a pitch of 0.85 mm for 1 mm, is more."""
+
+_FEWEST_CELLS, _SAME_CELL = 24, 0.5
+"""Cells with a pressure from which on two films that agree in all of them, to half an N/cm^2, are one. A choice: a film
+shows hundreds, and none alike twice."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +64,9 @@ class MeasuredPressure:
     sha256: str
     most_force: float = math.inf
 
-    def too_little_for(self, force: float) -> bool:
-        """True if all of the film together shows far less than a peak force [N] that went through it."""
-        return self.most_force < _LEAST_SHARE * force
+    def too_little_for(self, force: float, *, least: float = _LEAST_SHARE) -> bool:
+        """True if all of the film together shows less than a share of the peak force [N] that went through it."""
+        return self.most_force < least * force
 
 
 @dataclass(frozen=True)
@@ -66,10 +79,13 @@ class FilmReading:
         Its cells in the impacts table.
     origin : str
         The file, its hash and what it gave.
+    force_share : float
+        Largest force that its cells can have carried, as a share of the peak force that went through it.
     """
 
     cells: dict[str, str]
     origin: str
+    force_share: float
 
 
 def films_in(folder: Path) -> Films:
@@ -120,13 +136,46 @@ def _names(entry: Entry) -> set[str]:
 
 def film_reading(films: Films, campaign: Campaign, entry: Entry) -> FilmReading | None:
     """The cells of a recording that is used; None if no file bears its name. Errors as `usable_film`."""
-    file = _film_of(films, entry)
+    file = film_of(films, entry)
     if file is None:
         return None
     measured = usable_film(file, campaign.conditions.film, entry.peak_force)
     pressure, above = f"{measured.pressure:.2f}", measured.above_range
     cells = {"peak_pressure_N_per_cm2": pressure, "pressure_censored": csv_cell(above)}
-    return FilmReading(cells, f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2")
+    origin = f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2"
+    return FilmReading(cells, origin, measured.most_force / entry.peak_force)
+
+
+def least_force_share(film: Film) -> float:
+    """Share of a peak force that a film whose unit and pitch are right shows at least, by its error."""
+    return 1 - film.error_or_default - _FORCE_ERROR
+
+
+def require_whole_forces(shares: Sequence[float], film: Film, folder: Path) -> None:
+    """Refuse films that all together show less force than went through them: their pressures would be too low.
+
+    Cells with their largest pressures, whenever each had it, carry at least the peak force.
+
+    Parameters
+    ----------
+    shares : sequence of float
+        `FilmReading.force_share` of all films.
+    film : Film
+    folder : Path
+        Of the films.
+
+    Raises
+    ------
+    CampaignFileError
+        The median of three and more lies below 1 by more than the film's error and `_FORCE_ERROR`.
+    """
+    least = least_force_share(film)
+    if len(shares) < _FEWEST_FILMS or not (median := float(np.median(shares))) < least:
+        return
+    found = f"found {100 * median:.0f} % of the peak forces on the films (median of {len(shares)} films)"
+    expected = f"expected {100 * least:.0f} % at least, by the film's error of {100 * film.error_or_default:g} %"
+    remedy = "their unit or pitch is mistaken, or they do not cover the contact; state them, or take the films away"
+    raise CampaignFileError(f"{found}, {expected}: {remedy}", file=str(folder))
 
 
 def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
@@ -151,6 +200,40 @@ def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
     return measured
 
 
+def require_different(shown: Iterable[tuple[Path, str]], film: Film) -> None:
+    """Refuse a film that shows what another one does: a copy is no measurement of a further impact.
+
+    Compared are the pressures of all cells between nothing and the range, whatever frame or side they are seen from.
+
+    Parameters
+    ----------
+    shown : iterable of (Path, str)
+        Files, and the pressure that each gave as the tables have it: only those with the same are compared.
+    film : Film
+
+    Raises
+    ------
+    CampaignFileError
+        Two files show the same in at least `_FEWEST_CELLS` cells with a pressure.
+    """
+    alike: dict[str, list[Path]] = {}
+    for file, pressure in shown:
+        alike.setdefault(pressure, []).append(file)
+    for files in alike.values():
+        cells = [(file, _pressed_cells(file, film)) for file in files] if len(files) > 1 else []
+        for (one, of_one), (other, of_other) in itertools.combinations(cells, 2):
+            if len(of_one) == len(of_other) >= _FEWEST_CELLS and np.abs(of_one - of_other).max() <= _SAME_CELL:
+                expected = "a copy is no measurement; put the film of its own impact there, or take it away"
+                raise CampaignFileError(f"found the same pressures as in {one}: {expected}", file=str(other))
+
+
+def _pressed_cells(file: Path, film: Film) -> FloatArray:
+    """The pressures of the cells that show one, below the range, in order [N/cm^2]."""
+    pressure = read_pressure_matrix(file, film).pressure
+    shown = (pressure > 0) & ~(pressure >= AT_RANGE * film.range)
+    return np.sort(pressure[shown])
+
+
 def measured_pressure(films: Films, film: Film, entry: Entry) -> MeasuredPressure | None:
     """The pressure of a recording; None if no file bears its name or that of its run.
 
@@ -161,11 +244,12 @@ def measured_pressure(films: Films, film: Film, entry: Entry) -> MeasuredPressur
     RecordingError
         The file cannot be used.
     """
-    file = _film_of(films, entry)
+    file = film_of(films, entry)
     return None if file is None else _measured(file, film)
 
 
-def _film_of(films: Films, entry: Entry) -> Path | None:
+def film_of(films: Films, entry: Entry) -> Path | None:
+    """The file that bears the name of a recording or its run; None without one. Errors as `measured_pressure`."""
     files = sorted(file for name in _names(entry) for file in films.get(name, ())) if films else []
     if len(files) > 1:
         found = " and ".join(file.name for file in files)

@@ -69,7 +69,8 @@ class Entry:
         What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`, with
         the `date` of the measurements; and from when it was first used, `planned`, its place in the plan, `read_with`,
         the entries of [recordings], and `first_read`, what they gave; where its pressure was measured, too,
-        `pressure_from`, the file with its hash and what it gave.
+        `pressure_from`, the file with its hash and what it gave, and at contact points that figure alone as
+        `peak_pressure_N_per_cm2`.
     changed : str
         How its place in the plan, or the way its file is read, differs from when it was first used; empty if it does
         not.
@@ -129,9 +130,9 @@ _COLUMNS = {
 }
 _SHOWN = {column: {"_N": ".2f", "_s": ".4g"}.get(column[-2:], "") for column in _COLUMNS}
 PLANNED, READ_WITH, FIRST_READ, MEASURED_ON = "planned", "read_with", "first_read", "date"
-PRESSURE_FROM = "pressure_from"
+PRESSURE_FROM, PEAK_PRESSURE = "pressure_from", "peak_pressure_N_per_cm2"
 _ROW_SHA256 = "row_sha256"
-_SEALED = (*MEASURED_UNDER, MEASURED_ON, PLANNED, READ_WITH, FIRST_READ, PRESSURE_FROM)
+_SEALED = (*MEASURED_UNDER, MEASURED_ON, PLANNED, READ_WITH, FIRST_READ, PRESSURE_FROM, PEAK_PRESSURE)
 _KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
 _USES = frozenset(Use)
 _WHOLE = ("size_bytes", "repeat")

@@ -91,7 +91,7 @@ def propose_runs(
     unnamed = [recording for recording in recordings if recording.run is None and recording.state is not FileState.GONE]
     unnamed = [recording for recording in unnamed if not recording.excluded]
     plan = campaign.plan
-    free = [row for run, row in plan.row_of.items() if run not in taken]
+    free = [row for run, row in plan.row_of.items() if run not in taken] or _made_again(campaign, recordings)
     where, register = str(campaign.recordings), campaign.register_file.name
     remedy = f"write into {register} why it does not count (exclude), or which run it is (state_id, repeat)"
     if unread := [recording for recording in unnamed if recording.readout is None]:
@@ -166,6 +166,18 @@ def assign_runs(
     known = [assigned.pop(entry.name, entry) for entry in campaign.entries]
     entries = (*known, *assigned.values())  # other than the folder's, so that it is not as it was left
     return build_dataset(replace(campaign, entries=entries, stated_sha256=()), progress=progress)
+
+
+def _made_again(campaign: Campaign, recordings: Sequence[CampaignRecording]) -> list[int]:
+    """Row of the one run that is to be made again, where every run has a recording: those of it were all excluded, or
+    show no impact. Of several the order of new recordings would not tell which is which."""
+    counts = {recording.run for recording in recordings if not recording.excluded and _shows_one(recording)}
+    again = [row for run, row in campaign.plan.row_of.items() if run not in counts]
+    return again if len(again) == 1 else []
+
+
+def _shows_one(recording: CampaignRecording) -> bool:
+    return recording.readout is None or len(recording.readout.impacts) == 1
 
 
 def _key(campaign: Campaign, recording: CampaignRecording, order: RecordingOrder) -> tuple[object, ...]:

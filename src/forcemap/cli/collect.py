@@ -178,7 +178,7 @@ def _missing_words(missing: list[str]) -> str:
 def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
     verdict = (
         f"{answer.recordings} recordings: {answer.used} used, in {answer.states} states; {answer.censored} of them "
-        "reached the device range (censored)"
+        "saturated, at the device range or below it (censored)"
     )
     doubts = [f"NO SPEED from these impacts: {answer.no_speed}"] if answer.no_speed else []
     doubts += answer.contradictions

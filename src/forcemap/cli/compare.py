@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Argument, Option
 
@@ -14,6 +14,7 @@ from forcemap.answers.comparison import AllowedSpeed, Body, ComparisonAnswer
 from forcemap.answers.effective_mass import MassComparisonAnswer
 from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
 from forcemap.assessment.folder import read_recorded
+from forcemap.assessment.folder_map import folder_map
 from forcemap.cli.effective_mass import mass_comparison_lines
 from forcemap.cli.options import (
     FormName,
@@ -25,6 +26,7 @@ from forcemap.cli.options import (
     campaign_table,
     force_map_from,
     too_few_states_named,
+    wanted_form,
 )
 from forcemap.cli.output import (
     accuracy_lines,
@@ -158,9 +160,9 @@ def _compare_models(
     dataset = read_recorded(source)
     model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
     with too_few_states_named(source, form):
-        comparison = fm.compare_force_models(
-            dataset, **model.figures, form=fm.form_named(form or fm.CFM_3D.name), limit=usable
-        )
+        case: dict[str, Any] = {"form": wanted_form(form), "limit": usable}
+        force_map = folder_map(source, dataset, form=case["form"]).force_map
+        comparison = fm.compare_force_models(dataset, **model.figures, **case, force_map=force_map)
     answer = ComparisonAnswer.of_comparison(comparison, limit, simulated=dataset.simulated)
     emit(answer, comparison_lines(answer), as_json=as_json)
 

@@ -15,6 +15,7 @@ from forcemap.assessment.confirmation import confirmation_plan
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table, verdict_first
+from forcemap.maps.forms import form_of
 from forcemap.planning.confirm import ACROSS, BUMP, IMPACTS, RIDGE, ConfirmationPlan, ConfirmationResult, Confirmed
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences
@@ -77,10 +78,15 @@ def _written(campaign: fm.Campaign, answer: ConfirmationPlan) -> list[str]:
         extend_plan(stays, answer.added),
         answer.plan.select(unmeasured),
         campaign.conditions,
-        [f"Rule: {sentence(answer.rule)}", f"at most: {answer.bound}"],
-        upper=answer.bound_force[unmeasured].tolist(),
+        [f"Rule: {sentence(answer.rule)}", _at_most(answer)],
+        upper=answer.most_force[unmeasured].tolist(),
         waiting=waiting.select(ConfirmationPlan.among(waiting)),  # others would change the map that these confirm
     )
+
+
+def _at_most(answer: ConfirmationPlan) -> str:
+    """What an impact may reach at most."""
+    return f"at most: {answer.bound}, and no more than the limit less the device's error"
 
 
 def _to_measure(answer: ConfirmationPlan) -> bool:
@@ -102,10 +108,10 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
             few = f"Speeds, exports and the report count a map as confirmed from {IMPACTS} impacts on"
             enough = len({*answer.plan.state_id.tolist()}) >= IMPACTS
             form = answer.force_map.form
-            report = "forcemap report and forcemap export, which say"
-            if form != fm.CFM_3D:  # what else is asked of a campaign is asked of that form, and a map file cannot tell
-                report = f"forcemap report --form {form.name}, which says"
-            done = after or [f"Next: {report} now that the map is confirmed"]
+            then = "forcemap report and forcemap export, which say now that the map is confirmed"
+            if form != form_of(answer.force_map.conditions):  # as all else that is asked of the campaign is asked
+                then = f'state form = "{form.name}" below [map] in campaign.toml; then {then}'
+            done = after or [f"Next: {then}"]
             after = done if enough else [f"{few}: ask again without --impacts"]
         if result.outcome is Confirmed.DOES_NOT_PASS:
             after = _remedy(source, answer, again, more)
@@ -114,6 +120,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
             *taken,
             "",
             *_impacts_table(result),
+            *(["a bound above the limit: the impact was faster than is released there now"] if _faster(answer) else []),
             *(listing("Not measured yet", result.missing) if result.missing else []),
             "",
             f"Rule: {sentence(answer.rule)}",
@@ -130,8 +137,8 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         *taken,
         *([planned.time_words(answer.plan)] if len(answer.plan) else []),
         "",
-        *planned.runs_table(answer.plan, answer.bound_force.tolist()),
-        f"at most: {answer.bound}",
+        *planned.runs_table(answer.plan, answer.most_force.tolist()),
+        _at_most(answer),
         "",
         f"Rule: {sentence(answer.rule)}",
         *_chances(answer),
@@ -139,6 +146,12 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         "confirm",
         *to_measure,
     ]
+
+
+def _faster(answer: ConfirmationPlan) -> bool:
+    """Whether an impact was made faster than is released at its place now."""
+    impacts = answer.result.impacts if answer.result else ()
+    return any(impact.bound_force > answer.limit for impact in impacts)
 
 
 def _chances(answer: ConfirmationPlan) -> list[str]:
@@ -184,7 +197,8 @@ def _impacts_table(result: ConfirmationResult) -> list[str]:
     rows = [
         [
             impact.state,
-            *(f"{value:.3f}" for value in (impact.distance, impact.height, impact.speed)),
+            *(f"{value:.3f}" for value in (impact.distance, impact.height)),
+            fm.floor_speed(round(impact.speed, 9)),
             *("-" if math.isnan(force) else f"{force:.1f}" for force in (impact.force, impact.bound_force)),
             impact.outcome.replace("_", " "),
         ]
@@ -193,4 +207,5 @@ def _impacts_table(result: ConfirmationResult) -> list[str]:
     failed = [impact for impact in result.impacts if impact.outcome is not Confirmed.PASSES]
     doubts = [f"{impact.recording}: {sentence(impact.reason)}" for impact in failed]
     header = ["state", "d [m]", "h [m]", "v at contact [m/s]", "force [N]", "bound [N]", "outcome"]
-    return [*table(header, rows), *(listing("Why", doubts) if doubts else [])]
+    judged = "Why judges the largest force that a curve supports, the table has the peak corrected for noise"
+    return [*table(header, rows), *([*listing("Why", doubts), judged] if doubts else [])]

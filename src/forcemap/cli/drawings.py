@@ -23,7 +23,16 @@ from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.recorded_impacts import recorded_impacts
 from forcemap.cli.check import SHOWN
 from forcemap.cli.column_options import campaign_of, described
-from forcemap.cli.options import bound_from, campaign_table, fitted, force_map_from, no_area, require_one_map, stated
+from forcemap.cli.options import (
+    bound_from,
+    campaign_table,
+    fitted,
+    force_map_from,
+    no_area,
+    require_one_map,
+    stated,
+    wanted_form,
+)
 from forcemap.cli.task_options import path_from, task_from
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import maps_per_height
@@ -116,7 +125,7 @@ class Source:
     name : str
         A map file, an impacts table, a campaign's folder, or a published map.
     form : str or None
-        Form of the map that is fitted; CFM_3D if not given.
+        Form of the map that is fitted; that of the campaign if not given.
     """
 
     name: str
@@ -315,7 +324,7 @@ def _comparison(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     cut["maps_2d"] = [_maps_2d(_states_of(source)) for source in sources]
     if len(sources) == 1 and (dataset := sources[0].dataset) is not None:
         (cut["maps_2d"],), force_map = cut["maps_2d"], sources[0].force_map
-        form = fm.form_named(sources[0].form or fm.CFM_3D.name)
+        form = wanted_form(sources[0].form)
         comparison = fm.compare_force_models(dataset, form=form, bound=bound_from(force_map), **models[0])
         return figures.model_comparison_figure(comparison, dataset, force_map, **models[0], **cut, **size)
     return figures.standard_figure([source.mapped() for source in sources], models=models, **cut, **size)

@@ -13,6 +13,8 @@ from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
 from forcemap.answers.slowest import FromSpeedAnswer, SlowestAnswer
+from forcemap.assessment.folder import beside
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.cli.options import (
     ContactKind,
     FormName,
@@ -23,6 +25,7 @@ from forcemap.cli.options import (
     force_map_from,
     impacts_of,
     too_few_states_named,
+    wanted_form,
 )
 from forcemap.cli.output import (
     accuracy_lines,
@@ -41,7 +44,7 @@ from forcemap.comparisons.map_check import fitted_states
 from forcemap.comparisons.slowest_speeds import compare_slowest_speeds
 from forcemap.errors import few
 from forcemap.maps.accuracy import FEWEST_TESTS
-from forcemap.maps.forms import FORMS
+from forcemap.maps.forms import FORMS, form_of
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
 
@@ -96,7 +99,7 @@ def evaluate(
     if forms:
         dataset = impacts_of(table)
         compared = FormsAnswer.from_result(fm.compare_forms(dataset), simulated=dataset.simulated)
-        emit(compared, forms_lines(compared, table), as_json=as_json)
+        emit(compared, forms_lines(compared, table, form_of(dataset.conditions).name), as_json=as_json)
         return 2 if compared.recommended is None else 0
     if slowest:
         answer_slowest = _slowest(table, area, contact, form)
@@ -134,7 +137,7 @@ def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: st
     dataset, limit = impacts_of(source), None if area is None else fm.force_limit(area, table=campaign_table(source))
     with too_few_states_named(source, form):
         found = compare_slowest_speeds(
-            dataset, limit=limit, contact=contact or fm.Contact.TRANSIENT, form=fm.form_named(form or fm.CFM_3D.name)
+            dataset, limit=limit, contact=contact or fm.Contact.TRANSIENT, form=wanted_form(form)
         )
     return SlowestAnswer(
         area=None if limit is None else limit.name,
@@ -256,13 +259,13 @@ def _bound_lines(answer: EvaluateAnswer) -> list[str]:
     return [f"{of} lie above the {fm.ToleranceBound()}{named}"]
 
 
-def forms_lines(answer: FormsAnswer, source: str) -> list[str]:
-    """A recommendation, its reasons, and the forms beside each other."""
+def forms_lines(answer: FormsAnswer, source: str, stated: str) -> list[str]:
+    """A recommendation, its reasons, and the forms beside each other; `stated` is the campaign's form."""
     header = ["form", "error", "underest.", "max", "bound mean", "bound max", "rises inside", "rises above"]
     return [
         *verdict_first(f"Recommended: {answer.recommended or 'none'}{_after(answer)}", simulated=answer.simulated),
         *(f"  {reason}" for reason in answer.reasons),
-        *_next(answer, source),
+        *_next(answer, source, stated),
         "",
         f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
         *table(header, [_form_row(form) for form in answer.forms]),
@@ -282,22 +285,25 @@ def _after(answer: FormsAnswer) -> str:
     return ", but measure more before its speeds are used" if off else ""
 
 
-def _next(answer: FormsAnswer, source: str) -> list[str]:
-    """How a form is used that is recommended and not the default, or has a lower error than it."""
+def _next(answer: FormsAnswer, source: str, stated: str) -> list[str]:
+    """How a form is used that is recommended and not the campaign's, or has a lower error than the default."""
     form, own = answer.recommended, {each.name for each in FORMS}  # the Euclidean-distance map cannot be used
     if form == fm.CFM_3D.name:
         sound = [each for each in answer.forms if each.form in own and each.rises_inside and each.max_bound_percent]
         best = min(sound, key=lambda each: each.error_percent, default=None)
-        if best is None or best.form == form:
-            return []
-        command = f"forcemap fit {shlex.quote(source)} --form {best.form} -o map.json"
-        return [f"{best.form} has the lowest error, but not clearly; chosen for that, it needs test states: {command}"]
-    if form is None:
-        return []
-    return [
-        f"Next: forcemap fit {shlex.quote(source)} --form {form} -o map.json; then name map.json in place of "
-        f"{shlex.quote(source)}"
-    ]
+        if best is not None and best.form != form:
+            use = "campaign.toml states it" if best.form == stated else _use(source, best.form)
+            return [f"{best.form} has the lowest error, but not clearly; chosen for that, it needs test states: {use}"]
+    return [] if form in (None, stated) else [f"Next: {_use(source, form)}"]
+
+
+def _use(source: str, form: str) -> str:
+    """How a form becomes that of a campaign; of impacts alone, how a map of it is fitted."""
+    toml = beside(source) / CAMPAIGN_FILE
+    if toml.is_file():
+        return f'state form = "{form}" below [map] in {toml}; every command and the page then take it'
+    quoted = shlex.quote(source)
+    return f"forcemap fit {quoted} --form {form} -o map.json; then name map.json in place of {quoted}"
 
 
 def _form_row(form: FormAnswer) -> list[str]:

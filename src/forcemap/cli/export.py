@@ -33,8 +33,9 @@ from forcemap.cli.output import (
 )
 from forcemap.cli.path import refusal_lines
 from forcemap.cli.task_options import (
+    Acceleration,
     Angle,
-    LogColumns,
+    PathOptions,
     PositionTolerance,
     limits_of,
     path_from,
@@ -184,7 +185,11 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
         return f"{words}; up to {found.spread_mps:.3f} m/s slower than their fastest corner"
     if raised <= 1:
         return words
-    without = "; --angle-deg 0 leaves these out, for motion exactly along the direction ONLY" if one else ""
+    without = (
+        "; whether any is without these, --angle-deg 0 tells, for motion exactly along the direction ONLY"
+        if one
+        else ""
+    )
     off = f"{100 * (raised - 1):.0f} % for motion up to {angle:g} degrees off the map's direction"
     return f"{words}, with the bound raised by {off}{without}"
 
@@ -372,7 +377,8 @@ def export_path(
     bound: options.BoundOption = None,
     margin: options.Margin = None,
     device_spring: options.DeviceSpring = None,
-    column: LogColumns = None,
+    acceleration: Acceleration = None,
+    stated: PathOptions = None,
     output: Annotated[str | None, Option("-o", "--output", help="File to write, in a folder that exists.")] = None,
     as_json: options.Json = False,
 ) -> int:
@@ -384,10 +390,10 @@ def export_path(
     used, given = options.bound_from(maps, bound, margin), options.stated(task, source)
     if output is not None:
         require_folder(Path(output).parent)
-    tool_path = path_from(file, column)
+    tool_path = path_from(file, stated)
     if given.tasks:
         task_of(given, maps, contact)
-    whole_task = task_from(given, tool_path.names, contact)
+    whole_task = task_from(given, tool_path.names, contact, acceleration)
     case: dict[str, Any] = {"bound": used, "allowance": fm.Allowance(speed=overshoot, position=tolerance)}
     limits = limits_of(whole_task, given.table)
     zones = _zones_beside(maps, whole_task, limits, format, angle=angle, **case)
@@ -451,11 +457,13 @@ def _straight(maps: fm.ForceMap | Atlas, path: fm.ToolPath, task: fm.Task, **cas
 def _slowed(speeds: fm.PathSpeeds) -> str:
     """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
     without = int((np.isnan(speeds.programmed) & (speeds.commanded > 0)).sum())
-    slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
+    slowed = (speeds.commanded < speeds.programmed) & (speeds.commanded > 0) & ~speeds.refused
     braking = int((slowed & ~speeds.too_fast).sum())
     refused = int(speeds.refused.sum())
+    before = int(((speeds.commanded == 0) & ~speeds.refused).sum())
     permitted = f"{len(speeds.path) - refused} of {len(speeds.path)} pieces permitted"
     permitted = f"{refused} of {len(speeds.path)} pieces WITHOUT PERMISSION (factor 0)" if refused else permitted
+    permitted += f", {before} before them where the robot has to stop (factor 0, too)" if before else ""
     only = f" ({braking} only to brake for a slower one)" if braking else ""
     factors = f"{int(slowed.sum())} of them slowed down{only}"
     if without:

@@ -139,7 +139,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         *table(header, zip(*columns, strict=True)),
         f"state-to-state SD {scatter} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
         f"RMSE {answer.rmse_N:.2f} N, R^2 of ln F {answer.r_squared:.4f}, condition number "
-        f"{answer.condition_number:.0f}",
+        f"{answer.condition_number:.0f} (columns scaled to length 1)",
         *_above_lines(answer),
         *place_lines(answer),
         *other_lines(answer),

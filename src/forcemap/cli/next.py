@@ -24,6 +24,7 @@ from forcemap.cli.options import (
     bound_from,
     force_map_from,
     limit_from,
+    wanted_form,
 )
 from forcemap.cli.output import counted, emit, verdict_first
 from forcemap.cli.task_options import figures
@@ -87,7 +88,7 @@ def next_(
     options: dict[str, Any] = {} if largest_force is None else {"largest_force": largest_force}
     options |= _planned_ranges(campaign) if campaign else {}
     options |= {name: figures(name, text) for name, text in ranges.items() if text is not None}
-    options |= {"batch": batch, "states": states, "repeats": repeats, "form": fm.form_named(form or fm.CFM_3D.name)}
+    options |= {"batch": batch, "states": states, "repeats": repeats, "form": wanted_form(form)}
     expected = force_map_from(source, None)[0] if source else None
     answer = fm.next_measurements(measured, force_limit, contact=kind, expected_force=expected, **options)
     answer = _with_confirmed(answer, campaign, measured, force_limit, kind)

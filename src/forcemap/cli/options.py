@@ -12,8 +12,9 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
-from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, FORM_NAMES
 from forcemap.maps.bounds import Bound
+from forcemap.maps.forms import form_of
 
 if TYPE_CHECKING:  # most commands take one map
     from forcemap.paths.atlas import Atlas
@@ -34,7 +35,11 @@ Maps = Annotated[
 ]
 FormName = Annotated[
     str | None,
-    Option("--form", help="Form to fit: CFM_2D, CFM_3D (default), FULL_CUBIC or LOG_SPEED; see docs/forms.md."),
+    Option(
+        "--form",
+        help=f"Form to fit: {', '.join(FORM_NAMES)}; default: as campaign.toml states (map.form), else "
+        "CFM_3D; see docs/forms.md.",
+    ),
 ]
 LimitTable = Annotated[str | None, Option("--limit-table", help="Your own table of limits (CSV).")]
 _LIMIT = ("--area", "--limit-N", "--limit-table")
@@ -166,22 +171,39 @@ def fitted(
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
     require_one_map(table)
     dataset = impacts_of(table, device_spring)
-    named = fm.form_named(form) if form else None
     from forcemap.assessment.folder_map import folder_map  # a map file needs none of it
 
-    found = folder_map(table, dataset, form=named, impacts=impacts)
+    found = folder_map(table, dataset, form=wanted_form(form), impacts=impacts)
     return found.dataset, found.force_map
 
 
+def wanted_form(form: str | None) -> fm.Form | None:
+    """The form that --form names; None if there is no such option, for the one of the campaign."""
+    return fm.form_named(form) if form else None
+
+
+def use_form(form: fm.Form, own: fm.Form, what: str) -> str:
+    """That something is for another form than the campaign's own, and how it becomes the campaign's."""
+    return (
+        f"{what} for {form.name}; speeds, exports and the page take {own.name} until campaign.toml states below [map] "
+        f'form = "{form.name}"'
+    )
+
+
 def impacts_of(table: str, device_spring: float | None = None) -> fm.ImpactDataset:
-    """The impacts of a table or campaign folder; a published map has none, and the error says what takes it."""
+    """The impacts of a table or campaign folder."""
+    require_impacts(table)
+    return fm.read_dataset(table, device_stiffness=stiffness(device_spring))
+
+
+def require_impacts(table: str) -> None:
+    """Refuse a published map, which has no impacts, and say what takes it."""
     if table in fm.PUBLISHED_MAPS and not Path(table).exists():
         raise fm.InputError(
             f"{table} is a published map, already fitted, without impacts; forcemap speed {table}, figure heights "
             f"{table} and compare {table} OTHER take it, and forcemap evaluate IMPACTS --map {table} compares impacts "
             "with it"
         )
-    return fm.read_dataset(table, device_stiffness=stiffness(device_spring))
 
 
 def stiffness(spring: float | None) -> float | None:
@@ -200,7 +222,7 @@ def too_few_states_named(table: str, form: str | None) -> Iterator[None]:
     try:
         yield
     except (fm.TooFewStates, fm.RankDeficient) as error:
-        wanted = fm.form_named(form or fm.CFM_3D.name)
+        wanted = form_of(impacts_of(table).conditions, wanted_form(form))
         message = f"{error.problem} (form {wanted.name}); {error.remedy}{_other_form(table, wanted)}"
         raise type(error)(message, file=error.file or table) from None
 

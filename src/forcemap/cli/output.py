@@ -347,9 +347,9 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     if (shared_places := answer.places_shared or 0) < _TELLING:
         hardly = f"only {shared_places} with several states, which hardly tells what these share: "
     return [
-        f"{places} {hardly}{found}coefficients, bound, standard errors and p values reckon with {shared}, the most "
-        f"that is likely (correlation {answer.place_correlation:.2f}, likeliest {likeliest}), and "
-        f"{answer.own_sd_percent:.2f} % of a state's own"
+        f"{places} {hardly}{found}coefficients and bound reckon with {shared}, the most that is likely (correlation "
+        f"{answer.place_correlation:.2f}, likeliest {likeliest}), and {answer.own_sd_percent:.2f} % of a state's own; "
+        "standard errors and p values with that or the least that is likely, whichever makes them larger"
     ]
 
 

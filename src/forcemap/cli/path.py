@@ -351,8 +351,8 @@ def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
     if not suggestion.bent_moves:
         return ["Nothing is bent, and nothing written: no move would have permission on a longer part of its way"]
     refused, time = (1 - suggestion.permitted_share) * suggestion.length_m, suggestion.cycle_time_s
-    whole = f"{suggestion.length_m:.3f} m"
-    words = f"on {whole} but for {1000 * refused:.3g} mm" if time is None else f"as a whole, {time:.3f} s"
+    permitted = f"on {suggestion.length_m - refused:.3f} of {suggestion.length_m:.3f} m, the rest has no permission"
+    words = permitted if time is None else f"as a whole, {time:.3f} s"
     moves = counted(suggestion.bent_moves, "move")
     return [
         f"{file}: {moves} bent to vertical, radial and circular ones, permitted {words}; another way, to be checked "
@@ -599,6 +599,8 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
     for row in answer.cycle_times:
         parts = (row.cycle_time_s, row.permitted_time_s)
         rows.append([row.rule, shown(row.speed_mps), *("-" if t is None else f"{t:.3f} s" for t in parts)])
+    if answer.standard_beyond_share:
+        rows[1][-1] = "not permitted"
     most = f"at most {answer.acceleration_mps2:g} m/s^2"
     lines = table([f"cycle time at ({most})", "m/s", "whole path", "permitted part"], rows)
     lines += (

@@ -14,13 +14,25 @@ import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
 from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.cli import planned
-from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, Payload, force_map_from, limit_from, number
+from forcemap.cli.options import (
+    ContactKind,
+    DeviceSpring,
+    Json,
+    Limit,
+    Payload,
+    force_map_from,
+    limit_from,
+    number,
+    use_form,
+    wanted_form,
+)
 from forcemap.cli.output import counted, emit, listing, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.files import file_sha256, read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
 from forcemap.maps.carry_over import EARLIER_MAP
+from forcemap.maps.forms import form_of
 from forcemap.planning.measurements import DesignedPlan
 from forcemap.planning.runs import extend_plan
 from forcemap.planning.transfer_plan import plan_transfer
@@ -124,7 +136,7 @@ def plan(
         kept = _planned(folder, carried[0], before)
         campaign_plan = _few_states(*carried, kept, ranges, others | shared, conditions.reach)
     else:
-        shared["design"], shared["form"] = _kind_and_form(design)
+        shared["design"], shared["form"] = _kind_and_form(design, conditions)
         shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
         others["reach"] = conditions.reach if reach == math.inf and conditions.reach > 0 else reach
         campaign_plan = fm.plan_measurements(ranges[0], ranges[1], ranges[2], **others, **shared)
@@ -133,9 +145,9 @@ def plan(
     whole = extend_plan(before, campaign_plan) if before else campaign_plan
     completed = planned.complete(folder, conditions, added)
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
-    files += ["campaign.toml"] * bool(completed)
-    files += [_kept(folder, carried[0])] if carried else []
-    notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes), *([] if carried else [_AROUND])]
+    files += [*["campaign.toml"] * bool(completed), *([_kept(folder, carried[0])] if carried else [])]
+    around = [] if carried else [_AROUND, *_of_other_form(shared["form"], conditions)]
+    notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes), *around]
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
@@ -149,6 +161,12 @@ def _of_other_payload(shared: dict[str, Any], conditions: fm.Conditions) -> list
     of_map = 0.0 if math.isnan(source.conditions.payload) else source.conditions.payload
     figures = {"payload_kg": conditions.payload, "of_map_kg": of_map, "name": source.name}
     return [Finding.of(FindingKind.EXPECTED_OTHER_PAYLOAD, **figures)] if of_map != conditions.payload else []
+
+
+def _of_other_form(form: fm.Form, conditions: fm.Conditions) -> list[str]:
+    """That the campaign's map will be of another form than the one these states were chosen for."""
+    own = form_of(conditions)
+    return [use_form(form, own, "These states are")] if form != own else []
 
 
 def _of_plan(reach: float, speeds: list[float]) -> dict[str, float]:
@@ -245,15 +263,15 @@ def _few_states(
     return plan
 
 
-def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:
-    """The design and the form it is optimal for, from the option's text."""
+def _kind_and_form(design: str, conditions: fm.Conditions) -> tuple[fm.Design, fm.Form]:
+    """The design and the form it is for, from the option's text, else that of the campaign."""
     kind, _, form = design.partition(":")
     if kind not in list(fm.Design) or (form and kind != fm.Design.I_OPTIMAL):
         raise fm.InputError(
             f"design: found {design!r}, expected {', '.join(fm.Design)} or i-optimal:FORM; to carry a map over, its "
             "file, as --transfer map.json"
         )
-    return fm.Design(kind), fm.form_named(form) if form else fm.CFM_3D
+    return fm.Design(kind), form_of(conditions, wanted_form(form))
 
 
 def _to_confirm(

@@ -10,13 +10,11 @@ import forcemap as fm
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.cli.drawings import Choices, Kind, Source
-from forcemap.cli.options import bound_from
-from forcemap.cli.speed import fastest_line
+from forcemap.cli.options import bound_from, wanted_form
+from forcemap.cli.speed import fastest_line, speed_map_table
 from forcemap.comparisons.force_models import ModelComparison, compared_maps
 from forcemap.csv_table import csv_cell, csv_text
-from forcemap.exports.speed_table import speed_map_csv
 from forcemap.maps.coefficients import coefficient_intervals
-from forcemap.maps.map_file import map_sha256
 
 _ERRORS = {
     "states": "states",
@@ -73,12 +71,12 @@ def _compared(
     """The models beside the map, and what is left out why: the standard's needs a body area and a moving mass."""
     file = "tables/accuracy.csv"
     try:
-        _, models = compared_maps(dataset, fm.form_named(source.form or fm.CFM_3D.name))
+        _, models = compared_maps(dataset, wanted_form(source.form))
     except fm.ForcemapError as error:
         return [], {f"{file}, other models": error.message}
     try:
         if choices.area is not None:
-            models.add_standard(source.model(choices).figures)
+            models.add_standard(source.model(choices).figures, dataset.conditions.device.stiffness)
     except fm.ForcemapError as error:
         return models.compared[1:], {f"{file}, contact model": error.message}
     return models.compared[1:], {}
@@ -90,9 +88,10 @@ def _errors(accuracy: fm.Accuracy) -> dict[str, object]:
 
 def _counts(dataset: fm.ImpactDataset) -> dict[str, object]:
     """The row of a campaign in the paper's Table I."""
-    every = dataset.states
-    counts: dict[str, object] = {"most_repeats_of_a_state": int((every.impacts + every.censored).max())}
+    counts: dict[str, object] = {}
     for role, part in (("training", dataset.train), ("testing", dataset.tested)):
+        states = part.states
+        counts[f"most_repeats_of_a_{role}_state"] = int((states.impacts + states.censored).max(initial=0))
         counts[f"{role}_states"] = len(part.states) if len(part) else 0
         counts[f"{role}_impacts_used"] = int(np.sum(~part.censored))
     return counts | {"impacts_above_device_range": int(dataset.censored.sum())}
@@ -138,9 +137,8 @@ def _speeds(force_map: fm.ForceMap, limit: fm.ForceLimit, contact: fm.Contact) -
     bound = bound_from(force_map)
     grid = fm.measured_grid(force_map, PLACES_APART)
     speeds = fm.speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact)
-    basis = {"limit": f"{limit}, {contact}", "bound": str(bound), "map": force_map.source}
     answer = SpeedMapAnswer.of_speeds(force_map, speeds, None)
-    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)}), answer
+    return speed_map_table(speeds, answer, force_map.source), answer
 
 
 def _csv(dataset: fm.ImpactDataset, rows: Sequence[Mapping[str, object]]) -> str:

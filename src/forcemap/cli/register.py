@@ -38,8 +38,8 @@ from forcemap.files import file_sha256
 from forcemap.register import audit
 from forcemap.register.connection import Register
 from forcemap.register.due import DUE_WITHIN, what_is_due
-from forcemap.register.enter import change as enter_change, enter as enter_folder, printable
-from forcemap.register.exceeded import where_exceeded
+from forcemap.register.enter import UNKNOWN, change as enter_change, enter as enter_folder, printable
+from forcemap.register.exceeded import files_above, where_exceeded
 from forcemap.register.export import TABLES, export as export_table
 from forcemap.register.release import release as enter_release, withdraw as enter_withdrawal
 from forcemap.register.relying import (
@@ -107,6 +107,7 @@ def init(where: Where = None, as_json: Json = False) -> int:
 def enter(
     folders: Annotated[list[str], Argument(help="Campaign folders, as collect left them.")],
     cell: Annotated[str, Option("--cell", help="Their cell, SITE/NAME; default: as [protocol] states.")] = "",
+    new: Annotated[bool, Option("--new", help="Make the --cell that the register does not know.")] = False,
     where: Where = None,
     person: Person = "",
     as_json: Json = False,
@@ -121,7 +122,7 @@ def enter(
     with open_register(where) as opened, Progress("campaigns entered", len(folders)) as progress:
         for number, folder in enumerate(folders, start=1):
             try:
-                found = enter_folder(opened, folder, cell=cell, person=person)
+                found = enter_folder(opened, folder, cell=cell, new=new, person=person)
             except ForcemapError as error:
                 if len(folders) == 1:
                     raise
@@ -135,7 +136,9 @@ def enter(
     for each in entered[:_FEW]:
         what = f"{each.new_recordings} new recordings, {each.new_impacts} new impacts" if each.new else "there already"
         lines.append(f"{each.folder}, {f'cell {each.cell}' if each.cell else 'NO CELL STATED'}: {what}")
-        lines += [f"  now {fact}" for fact in each.facts]
+        if each.new_cell:
+            lines.append("  NEW CELL: if its name is a slip, releases of the cell that was meant stay in force")
+        lines += [_fact_words(fact) for fact in each.facts]
         lines += _shared(each.also_of)
     lines += [f"and {counted(len(entered) - _FEW, 'folder')} more"] if len(entered) > _FEW else []
     emit(answer, [*lines, *([_head_line(last)] if last else [])], as_json=as_json)
@@ -344,23 +347,27 @@ def exceeded(
     """
     with open_register(where) as opened:
         campaigns, largest = where_exceeded(opened, limit)
+        files = files_above(opened, limit)
     answer = ExceededAnswer(
         limit_N=limit,
         exceeded=sum(each.exceeded for each in campaigns),
+        files=files,
         cannot_tell=sum(each.cannot_tell for each in campaigns),
         campaigns=[ExceededEntry.from_result(each) for each in campaigns],
         largest=[LargeImpactAnswer.from_result(each) for each in largest],
     )
     lines = [SIMULATED] if any(each.simulated for each in campaigns) else []
     lines += [
-        f"{limit:g} N: exceeded by {counted(answer.exceeded, 'impact')}, cannot tell of {answer.cannot_tell} (within "
-        "the device's error, or it may have been more than was read)"
+        f"{limit:g} N: exceeded by {counted(answer.exceeded, 'impact')} in {counted(answer.files, 'file')}, cannot "
+        f"tell of {answer.cannot_tell} (within the device's error, or it may have been more than was read)"
     ]
     for each in answer.campaigns[:_FEW]:
         most = "" if each.largest_N is None else f", the largest read {each.largest_N:.1f} N"
         told = f"{each.exceeded} exceed it, {each.cannot_tell} cannot be told{most}"
         simulated = " (simulated)" if each.simulated else ""
         lines.append(f"  - {each.cell or 'NO CELL STATED'}, {each.campaign}{simulated}: {told}")
+    if answer.exceeded > answer.files:
+        lines.append("  a file counts for every campaign that it was entered with, and for each of its curves")
     lines += [f"  and {len(campaigns) - _FEW} campaigns more: --json"] if len(campaigns) > _FEW else []
     named = [f"{x.largest_N:.1f} N: {x.cell or 'NO CELL STATED'}, {x.campaign}, {x.file}" for x in answer.largest[:3]]
     lines += listing("The largest", named) if named else []
@@ -421,6 +428,14 @@ def _relying(opened: Register, kind: str, value: str) -> tuple[Relying, ...]:
     if kind == "device":
         return relying_on_device(opened, value)
     return relying_on_recording(opened, file_sha256(value) if is_file else value)
+
+
+def _fact_words(fact: str) -> str:
+    """A condition as it is known after a campaign was entered."""
+    kind, _, value = fact.partition(": ")
+    if value != UNKNOWN:
+        return f"  now {fact}"
+    return f"  {kind} NOT KNOWN of the campaign's day: another one was stated of it (register change ... --since DAY)"
 
 
 def _shared(cells: Sequence[str]) -> list[str]:

@@ -28,13 +28,17 @@ from forcemap.cli.options import (
     Overshoot,
     TeamRegister,
     areas_from,
+    require_impacts,
     require_one_map,
     several_maps,
     stated_bound,
+    use_form,
+    wanted_form,
 )
 from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.errors import few
 from forcemap.files import read_bytes, write_atomically
+from forcemap.maps.forms import form_of
 from forcemap.report.permission import BY_MAP_ALONE
 from forcemap.report.seal import REPORT_FILE
 from forcemap.words import sentence, sentences
@@ -87,6 +91,7 @@ def report(
         if pdf or output or area or limit_table or bound_kind or date or form or register:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
         return _verify(verify, folder, as_json=as_json)
+    require_impacts(folder)
     several = several_maps(folder)
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
     if not _is_page(target):
@@ -94,11 +99,7 @@ def report(
     if limit_table and not area:
         raise fm.InputError("limit: --limit-table goes with --area")
 
-    case: dict[str, Any] = {
-        "form": fm.form_named(form or fm.CFM_3D.name),
-        "step": step,
-        "allowance": fm.Allowance(speed=overshoot),
-    }
+    case: dict[str, Any] = {"form": wanted_form(form), "step": step, "allowance": fm.Allowance(speed=overshoot)}
     case |= {"areas": area, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
     if several:
         if register is not None:
@@ -111,10 +112,17 @@ def report(
         *answer_lines(assessment),
         f"Written: {', '.join(files)} ({os.path.getsize(files[0]) / 1e6:.1f} MB; an estimate from measurements, not a "
         "certificate)",
+        *_of_other_form(assessment, form),
     ]
     verify = f"Later: forcemap report --verify {files[0]} {folder}"
     emit(report_result(assessment, files), [*lines, *_older_pdf(files), verify], as_json=as_json)
     return int(isinstance(assessment.points, Missing))
+
+
+def _of_other_form(assessment: fm.CampaignAssessment, form: str | None) -> list[str]:
+    """That page, speeds and exports of the campaign rest on another form than this report."""
+    own, wanted = form_of(assessment.conditions), wanted_form(form)
+    return [use_form(wanted, own, "This report is")] if wanted and wanted != own else []
 
 
 def _command(folder: str, case: Mapping[str, Any], more: Mapping[str, object], *, pdf: bool) -> str:
@@ -454,7 +462,7 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
         name = f"{part.limit.name} {part.contact}"
         if part.confirmed and not part.not_released:
             low, high = fm.floor_speed(part.slowest_to_program), fm.floor_speed(part.fastest_to_program)
-            parts.append(f"{name}: program {low} to {high} m/s, at its places and between")
+            parts.append(f"{name}: program {low} to {high} m/s, at its places, between them and at the edge")
         else:
             without.append(name)
     parts += [f"NO SPEED for {', '.join(without)}"] if without else []
@@ -479,8 +487,8 @@ def _limit_line(part: PlaceSpeeds) -> str:
     return (
         f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
         f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
-        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), at these places and "
-        f"between them; {part.unconfirmed} places without a speed"
+        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), at these places, "
+        f"between them and at the edge; {part.unconfirmed} places without a speed"
     )
 
 

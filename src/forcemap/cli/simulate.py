@@ -11,6 +11,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.simulation import SimulationAnswer
+from forcemap.campaigns.protocol import read_protocol
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit
 from forcemap.direction import direction_vector
@@ -88,10 +89,16 @@ def simulate(
         highest_peak_force_N=peaks.max(),
         beyond_device_range=int(np.sum(peaks >= device.device.range)),
         scenarios=scenarios,
-        not_simulated=_replaced(conditions, target),
+        not_simulated=[*_replaced(conditions, target), *_left_out(toml)],
     )
     retreats = robot.reaction.kind is ReactionKind.RETREAT
     emit(answer, _lines(answer, device.device.range, pressed=cover is not None and retreats), as_json=as_json)
+
+
+def _left_out(toml: Path) -> list[str]:
+    """The table of who measured what, where campaign.toml states any of it: nothing of it was."""
+    stated = toml.exists() and any(value == value and value != "" for value in vars(read_protocol(toml)).values())
+    return ["protocol"] if stated else []
 
 
 def _beside(plan: Path, preset: str) -> Path:

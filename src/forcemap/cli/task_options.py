@@ -123,7 +123,6 @@ _LOG_HELP = (
     "decimal, header_lines; and segment."
 )
 _ENTRY = re.compile(r"\s*\w+\s*=.*")
-LogColumns = Annotated[list[str] | None, Option("--column", metavar="KEY=VALUE", help=_LOG_HELP)]
 PathOptions = Annotated[
     list[str] | None,
     Option(

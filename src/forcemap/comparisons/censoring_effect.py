@@ -13,7 +13,7 @@ from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.fit import CensoredImpacts, fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.forms import CFM_3D, Form
+from forcemap.maps.forms import Form
 
 # Extent [m, m/s] below which states count as lying in a plane, on a line or at a point: a hundredth of a millimetre,
 # far above rounding and far below what a place can be set to.
@@ -88,15 +88,15 @@ class CensoringEffect:
         return _margins(self.discarded, self.discarded.require_fit().states)
 
 
-def censoring_effect(dataset: ImpactDataset, *, form: Form = CFM_3D) -> CensoringEffect:
+def censoring_effect(dataset: ImpactDataset, *, form: Form | None = None) -> CensoringEffect:
     """Fit a map with censored impacts and without them.
 
     Parameters
     ----------
     dataset : ImpactDataset
         The impacts; those with role train are fitted.
-    form : Form
-        The terms of ln F.
+    form : Form, optional
+        The terms of ln F; as in `fit_force_map` if not given.
 
     Returns
     -------

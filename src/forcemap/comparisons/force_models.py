@@ -20,9 +20,11 @@ from forcemap.maps.accuracy import FEWEST_TESTS, ON_TEST, Accuracy, left_out_pre
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.forms import CFM_2D, CFM_3D, Form
+from forcemap.maps.forms import CFM_2D, Form, form_of
 from forcemap.speeds.basis import doubts_of_fit
 from forcemap.speeds.safe_speed import safe_speed
+
+_SAME_SPRING = 0.01  # share within which two springs are one
 
 ALL_STATES = "all states"
 """What all states are called in a comparison, as the paper's tables have them."""
@@ -104,9 +106,9 @@ class AllowedSpeed:
     limit_source : str
         Where the limit comes from.
     places, confirmed : int
-        Number of measured places, and of those with a confirmed speed.
+        Number of measured places, and of those with a speed to program.
     lowest, median, highest : float
-        Of the confirmed speeds [m/s]; NaN if there is none.
+        Of the speeds at contact there [m/s]; NaN if there is none.
     more, less : int or None
         Number of places where it permits more than the standard's contact model, and a speed but no more; None for the
         standard itself.
@@ -197,9 +199,10 @@ def compare_force_models(
     robot_mass: float,
     body_mass: float,
     stiffness: float,
-    form: Form = CFM_3D,
+    form: Form | None = None,
     bound: Bound | None = None,
     limit: ForceLimit | float | None = None,
+    force_map: ForceMap | None = None,
 ) -> Comparison:
     """Compare the measured map with the 2D map and the standard's contact model on the same states.
 
@@ -217,13 +220,15 @@ def compare_force_models(
         Effective mass of the body region [kg]; math.inf if the body part is constrained.
     stiffness : float
         Spring constant of the body region [N/m].
-    form : Form
-        Form of the measured map.
+    form : Form, optional
+        Form of the measured map; as in `fit_force_map` if not given.
     bound : Bound, optional
         Bound behind the maps' speeds; ToleranceBound() if not given.
     limit : ForceLimit or float, optional
         Limits of a body area (transient and quasi-static are both shown) or a force limit [N]; without it no
         speeds are compared.
+    force_map : ForceMap, optional
+        The measured map of these impacts, where it is at hand: its speeds say whether the campaign confirms them.
 
     Returns
     -------
@@ -241,11 +246,13 @@ def compare_force_models(
     bound = bound or ToleranceBound()
     body = {"robot_mass": robot_mass, "body_mass": body_mass, "stiffness": stiffness}
     maps, models = compared_maps(dataset, form)
-    models.add_standard(body)
+    if force_map is not None and force_map.form == maps[0].form:
+        maps[0] = replace(maps[0], confirmed=force_map.confirmed)
+    models.add_standard(body, dataset.conditions.device.stiffness)
     return models.comparison(maps, dataset, limit, bound, body)
 
 
-def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[ForceMap], Models]:
+def compared_maps(dataset: ImpactDataset, form: Form | None = None) -> tuple[list[ForceMap], Models]:
     """The measured map and the 2D map, and both with the 2D maps of single heights compared on the same states.
 
     Raises
@@ -253,7 +260,8 @@ def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[For
     FitError
         A map cannot be fitted.
     """
-    maps = [fit_force_map(dataset, form=map_form) for map_form in dict.fromkeys((form, CFM_2D))]
+    forms = dict.fromkeys((form_of(dataset.conditions, form), CFM_2D))
+    maps = [fit_force_map(dataset, form=each) for each in forms]
     test = dataset.independent_test
     has_test = int(np.sum(test.states.impacts > 0)) >= FEWEST_TESTS
     on = ON_TEST if has_test else "leave-one-state-out"
@@ -261,9 +269,7 @@ def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[For
     every = dataset.select(~dataset.slower).states
     inside = [maps[0].measured_range.near(group.coordinates, dataset.tolerance.scale) for group in (states, every)]
     models = Models(states, on, every, outside=(~inside[0] if has_test else None, ~inside[1]))
-    for force_map in maps:
-        models.add_map(force_map, has_test)
-    models.add_per_height(maps_per_height(dataset), has_test)
+    models.add_maps(maps, dataset, has_test)
     return maps, models
 
 
@@ -315,28 +321,41 @@ class Models:
         on_all = _accuracy(at_all, self.every, ALL_STATES, self.outside[1])
         self.compared.append(ModelComparison(name, compared, on_all, under, over, note))
 
-    def add_map(self, force_map: ForceMap, has_test: bool) -> None:
-        """Compare a map for all heights; without test states each of its own is left out in turn."""
-        note = Finding.of(FindingKind.ONE_MAP_FOR_HEIGHTS) if force_map.form == CFM_2D else None
+    def add_maps(self, maps: Sequence[ForceMap], dataset: ImpactDataset, has_test: bool) -> None:
+        """Compare maps for all heights, and the 2D maps of single heights; without test states each state is left out
+        in turn."""
+        own = maps_per_height(dataset)
+        predicted, at_all = self._per_height(own, has_test)
+        alone = bool(np.isnan(predicted).all())
+        for force_map in maps:
+            self._add_map(force_map, has_test, alone=alone)
+        if not alone:
+            without = int(np.sum(np.isnan(at_all) & (self.every.impacts > 0)))
+            note = Finding.of(FindingKind.MAP_PER_HEIGHT, heights=len(own), without=without)
+            self.add("CFM_2D per height", predicted, at_all, note)
+
+    def _add_map(self, force_map: ForceMap, has_test: bool, *, alone: bool) -> None:
+        figures = {"alone": alone, "coefficients": len(CFM_2D.terms)}
+        note = Finding.of(FindingKind.ONE_MAP_FOR_HEIGHTS, **figures) if force_map.form == CFM_2D else None
         at_all = np.asarray(force_map.predict(*self.every.coordinates.T))
         self.add(force_map.form.name, _predictions(force_map, self.states, has_test), at_all, note)
 
-    def add_per_height(self, own: dict[tuple[float, float], ForceMap], has_test: bool) -> None:
-        """Compare the 2D maps of single heights, each at its own."""
+    def _per_height(self, own: dict[tuple[float, float], ForceMap], has_test: bool) -> tuple[FloatArray, FloatArray]:
+        """Forces [N] of the 2D maps of single heights, each at its own, at `states` and at every state; else NaN."""
         predicted, at_all = np.full(len(self.states), np.nan), np.full(len(self.every), np.nan)
         for (low, high), own_map in own.items():
             here, there = ((low <= group.height) & (group.height <= high) for group in (self.states, self.every))
             predicted[here] = _predictions(own_map, self.states.select(here), has_test)
             at_all[there] = own_map.predict(*self.every.select(there).coordinates.T)
-        if not np.isnan(predicted).all():
-            without = int(np.sum(np.isnan(at_all) & (self.every.impacts > 0)))
-            note = Finding.of(FindingKind.MAP_PER_HEIGHT, heights=len(own), without=without)
-            self.add("CFM_2D per height", predicted, at_all, note)
+        return predicted, at_all
 
-    def add_standard(self, body: dict[str, float]) -> None:
-        """Compare the standard's contact model."""
+    def add_standard(self, body: dict[str, float], spring: float) -> None:
+        """Compare the standard's contact model, whose spring is the body part's, not that of the device [N/m]."""
         predicted, at_all = (pfl_contact_force(group.speed, **body) for group in (self.states, self.every))
-        self.add("contact model", predicted, at_all, Finding.of(FindingKind.ONE_SPEED_FOR_WORKSPACE))
+        ratio = spring / body["stiffness"]
+        springs = {"area_N_per_mm": body["stiffness"] / 1000, "times": math.sqrt(ratio)}
+        springs["device_N_per_mm"] = spring / 1000 if abs(ratio - 1) > _SAME_SPRING else math.nan
+        self.add("contact model", predicted, at_all, Finding.of(FindingKind.ONE_SPEED_FOR_WORKSPACE, **springs))
 
     def comparison(
         self,
@@ -400,9 +419,10 @@ def _allowed(
             except (InputError, BoundNotAvailable) as error:
                 yield AllowedSpeed(force_map.form.name, *case, 0, *nothing, 0, 0, in_words(error.message))
                 continue
-            confirmed = speeds.speed[~np.isnan(speeds.speed)]
+            without = np.isnan(speeds.speed_to_program)
+            confirmed = speeds.speed[~without]
             lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
-            refused = [why for why, speed in zip(speeds.reason, speeds.speed, strict=True) if math.isnan(speed)]
+            refused = speeds.to_program_reason[without].tolist()
             more = int((confirmed > standard).sum())
             less, said, why = confirmed.size - more, speeds.basis.warnings, _without_speed(refused, len(places))
             yield AllowedSpeed(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.comparisons.force_models import Comparison, Models, maps_per_height
+from forcemap.comparisons.force_models import Comparison, Models
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import ForceLimit
@@ -63,9 +63,8 @@ def compare_map_with_standard(
     body = {"robot_mass": robot_mass, "body_mass": body_mass, "stiffness": stiffness}
     dataset = as_impacts(force_map)
     models = Models(dataset.states, BY_THE_MAP, dataset.states)
-    models.add_map(fit_force_map(dataset, form=CFM_2D), has_test=True)
-    models.add_per_height(maps_per_height(dataset), has_test=True)
-    models.add_standard(body)
+    models.add_maps([fit_force_map(dataset, form=CFM_2D)], dataset, has_test=True)
+    models.add_standard(body, force_map.conditions.device.stiffness)
     compared = models.comparison([force_map], dataset, limit, bound, body)
     return replace(compared, statements=(Finding.of(FindingKind.MAP_STANDS_FOR_IMPACTS), *compared.statements))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -14,13 +14,14 @@ from forcemap.campaigns.state import places
 from forcemap.comparisons.residual_tests import MEAN_SHARE, POWER, STATES_SHARE, WHOLE_SHARE, ResidualTests, interval
 from forcemap.comparisons.two_maps import differences
 from forcemap.errors import BoundNotAvailable, InputError
-from forcemap.findings import Finding, FindingKind
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.device_spring import device_suitability
 from forcemap.maps.bounds import FixedMargin, ToleranceBound
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.places import correlations
 from forcemap.maps.slower_impacts import slower_above, slower_impacts
+from forcemap.speeds.basis import of_quantity
 
 MIN_STATES = 3
 """New states below which a map is not said to hold."""
@@ -163,6 +164,9 @@ class MapCheck:
 def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability: float = 0.05) -> MapCheck:
     """Check whether a map still holds for new impacts, after a change of firmware, tool or safety settings or in time.
 
+    The maps of other quantities that go with it are checked, too, and share the error probability with it: it holds if
+    all of them do. Figures and states of the result are those of the force.
+
     With r the mean ln F of the new states less the prediction, r ~ N(0, s^2 (V_n + X_n (X'V^-1 X)^-1 X_n')) if nothing
     has changed, s being the state SD of the map: new states have an effect of their own, and share one with those of
     their place (V_n: 1 on the diagonal, rho of the map within a place). Three tests share the error
@@ -200,6 +204,35 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         raise InputError(
             f"error probability: found {error_probability:g}, expected above 0 and below {_ERROR_PROBABILITY_BELOW:g}"
         )
+    share = error_probability / (1 + len(force_map.others))
+    found = _check_quantity(force_map, dataset, share)
+    for other in force_map.others:
+        outcome, reason, next_step = _of_other(other, dataset, share)
+        said = of_quantity(other.quantity, reason)
+        found = replace(found, statements=(*found.statements, said))
+        if _GRAVITY.index(outcome) > _GRAVITY.index(found.outcome):
+            found = replace(found, outcome=outcome, reason=said, next_step=next_step)
+    return replace(found, error_probability=error_probability)
+
+
+_GRAVITY = (MapOutcome.HOLDS, MapOutcome.CANNOT_TELL, MapOutcome.DOES_NOT_HOLD)
+
+
+def _of_other(other: ForceMap, dataset: ImpactDataset, error_probability: float) -> tuple[MapOutcome, Finding, Finding]:
+    """Outcome, reason and next step of the map of another quantity."""
+    measured = dataset.of(other.quantity)
+    if not len(measured):
+        reason = Finding.of(FindingKind.QUANTITY_NOT_MEASURED, quantity=other.quantity.words)
+        return MapOutcome.CANNOT_TELL, reason, Finding.of(FindingKind.MEND_AND_CHECK)
+    try:
+        found = _check_quantity(other, measured, error_probability)
+    except BoundNotAvailable as error:
+        return MapOutcome.CANNOT_TELL, in_words(error.message), Finding.of(FindingKind.MEND_AND_CHECK)
+    return found.outcome, found.reason, found.next_step
+
+
+def _check_quantity(force_map: ForceMap, dataset: ImpactDataset, error_probability: float) -> MapCheck:
+    """Check the map of one quantity with the impacts of it."""
     fit = _fit_of(force_map)
     if not len(dataset):
         raise InputError("found no impact to check the map with, expected some", file=dataset.source or None)

@@ -186,6 +186,7 @@ class SelectionStability:
     def reason(self) -> Finding:
         """Why it is stable or not."""
         figures = {"same": self.same_terms, "resamples": self.resamples, "least": STABLE_SHARE}
+        figures["undetermined"] = self.undetermined
         return Finding.of(FindingKind.SELECTION_STABLE, stable=self.stable, **figures)
 
 

@@ -15,7 +15,7 @@ from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import ToleranceBound, margins
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.forms import CFM_3D, Form
+from forcemap.maps.forms import Form
 from forcemap.maps.slower_impacts import cover_slower
 from forcemap.speeds.basis import doubts_of_fit
 from forcemap.speeds.speed_map import measured_grid, speed_map
@@ -77,7 +77,7 @@ def compare_slowest_speeds(
     *,
     limit: ForceLimit | None = None,
     contact: Contact = Contact.TRANSIENT,
-    form: Form = CFM_3D,
+    form: Form | None = None,
 ) -> tuple[FromSpeed, ...]:
     """Fit a campaign from each of its speeds on, from all states to the fewest that determine a map.
 
@@ -90,7 +90,8 @@ def compare_slowest_speeds(
     limit : ForceLimit, optional
         To count places with a speed.
     contact : Contact
-    form : Form
+    form : Form, optional
+        As in `fit_force_map`.
 
     Raises
     ------

@@ -29,8 +29,7 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
         piece
         | {name: cell(piece[name]) for name in _TEXTS}
         | {name: f"{round(piece[name], 6) + 0.0:.6f}" for name in PIECE_PLACES}
-        | {name: "" if piece[name] is None else f"{piece[name]:.3f}" for name in _SPEEDS}
-        | {PIECE_SPEED: floor_speed(piece[PIECE_SPEED])}
+        | {name: "" if piece[name] is None else floor_speed(round(piece[name], 9)) for name in _SPEEDS}
         | {"scaling": "" if piece["scaling"] is None else f"{piece['scaling']:.2f}"}
         | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
         for piece in scaling_result(speeds, provenance)["pieces"]

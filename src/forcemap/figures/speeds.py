@@ -43,8 +43,9 @@ _BESIDE_PATH = 60.0  # what stands beside the panel of a path, about [pt]
 def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width: float = PAGE_WIDTH) -> Figure:
     """Safe speeds over distance and height: speed at contact as colour, outcomes as hatch patterns and words.
 
-    At each place of a small grid of a wide figure stands the speed to program, in brackets below it the speed at
-    contact. The limit and the bound behind the speeds stand above it, as `SafeSpeed.basis` has them.
+    Where a speed at contact leaves none to program there is no colour. At each place of a small grid of a wide figure
+    stands the speed to program, in brackets below it the speed at contact. The limit and the bound behind the speeds
+    stand above it, as `SafeSpeed.basis` has them.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width:
         Width of the figure [m].
     """
     speeds = speed_map.speeds
-    written = canvas.is_wide(width) and bool(np.isfinite(speeds.speed).any()) and speeds.outcome.size <= _MOST_IN_WORDS
+    permitted = bool(np.isfinite(speeds.speed_to_program).any())
+    written = canvas.is_wide(width) and permitted and speeds.outcome.size <= _MOST_IN_WORDS
     axes = _colour_speeds(speed_map, standard, width, written=written)
     if written and _cell_height(axes, speed_map) < _CELL:
         axes = _colour_speeds(speed_map, standard, width, written=False)
@@ -90,16 +92,17 @@ def _colour_speeds(speed_map: SpeedMap, standard: float, width: float, *, writte
     x, y = canvas.edges(np.asarray(speed_map.distance)), canvas.edges(np.asarray(speed_map.height))
     figure = canvas.new_figure("Safe speeds over distance and height", width, 0.115 if wide else 0.12)
     axes = figure.add_subplot()
-    known = np.ma.masked_invalid(np.asarray(speeds.speed, dtype=np.float64).T)
+    has_speed = ~np.isnan(np.asarray(speeds.speed_to_program, dtype=np.float64))
+    known = np.ma.masked_where(~has_speed.T, np.asarray(speeds.speed, dtype=np.float64).T)
     bar = canvas.colour_cells(axes, x, y, known, "Safe speed at contact [m/s]")
     if bar is not None:
         bar.ax.yaxis.set_major_formatter(lambda value, _: floor_speed(round(value, 6)))
     legend: list[Artist] = [] if bar is None or math.isnan(standard) else [_mark_standard(bar, standard)]
-    for outcome, count in speed_map.counts.items():
-        look = style.OUTCOMES[SpeedOutcome(outcome)]
-        if count:
-            entry = canvas.hatch_cells(axes, x, y, (speeds.outcome == outcome) & (look.hatch != ""), look)
-            entry.set_label(f"{look.words} ({count} places)")
+    for outcome in SpeedOutcome:
+        look, here = style.OUTCOMES[outcome], speeds.to_program_outcome == outcome
+        if here.any():
+            entry = canvas.hatch_cells(axes, x, y, here & (look.hatch != ""), look)
+            entry.set_label(f"{look.words} ({here.sum()} places)")
             if look.face == "none":  # the colour beneath
                 entry.set_facecolor(matplotlib.colormaps[QUANTITY](0.6))
             legend.append(entry)
@@ -125,7 +128,7 @@ def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
     program = np.asarray(speed_map.speeds.speed_to_program, dtype=np.float64)
     low, high = np.nanmin(speed), np.nanmax(speed)
     written: dict[str, Any] = {"fontsize": 5.5, "ha": "center", "va": "center", "transform": axes.transData}
-    for i, j in np.argwhere(np.isfinite(speed)).tolist():
+    for i, j in np.argwhere(np.isfinite(program)).tolist():
         place = float(speed_map.distance[i]), float(speed_map.height[j])
         colour = "#ffffff" if speed[i, j] < (low + high) / 2 else "#000000"
         words = f"{floor_speed(program[i, j])}\n({floor_speed(speed[i, j])})"

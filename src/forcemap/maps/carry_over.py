@@ -16,7 +16,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
-from forcemap.maps.forms import CFM_3D, Form
+from forcemap.maps.forms import Form, form_of
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.slower_impacts import confirming_above, cover_slower, highest_above
@@ -44,27 +44,31 @@ def campaign_map(
     dataset : ImpactDataset
         Its impacts.
     form : Form, optional
-        Terms of ln F; CFM_3D if not given. A map that is carried over has its own.
+        Terms of ln F; as in `fit_force_map` if not given. A map that is carried over has its own.
     impacts : CensoredImpacts
         How censored impacts enter the fit; discarded they cannot be carried over.
 
     Raises
     ------
     InputError
-        Form or discarded impacts are asked of a map that is carried over; `MapFileError`, the earlier map is no map.
+        Another form or discarded impacts are asked of a map that is carried over; `MapFileError`, the earlier map is
+        no map.
     FitError
         As `fit_force_map` and `transfer_map`.
     """
     earlier = Path(folder) / EARLIER_MAP
     if not earlier.is_file():
-        return fit_force_map(dataset, form=form or CFM_3D, impacts=impacts)
-    if form is not None or impacts is not CensoredImpacts.AT_LEAST:
+        return fit_force_map(dataset, form=form, impacts=impacts)
+    old_map = read_map(earlier)
+    wanted = form_of(dataset.conditions, form) if form or dataset.conditions.form else old_map.form
+    if wanted != old_map.form or impacts is not CensoredImpacts.AT_LEAST:
         raise InputError(
-            "this campaign carries this map over, with its form and every impact; move the file away to fit the "
-            "campaign by itself",
+            "this campaign carries this map over, with its form and every impact; leave other forms than "
+            f"{old_map.form.name} (--form, map.form in campaign.toml) and --discard-censored out, or move the file "
+            "away to fit the campaign by itself",
             file=str(earlier),
         )
-    return transfer_map(read_map(earlier), dataset)
+    return transfer_map(old_map, dataset)
 
 
 def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | None = None) -> ForceMap:
@@ -146,6 +150,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
             slower=dataset.slower_train.states.and_(_named_for(old_map)),
             at_points=states_at_points(dataset, measured_range),
             disagreeing=(*(_of_earlier(name) for name in old.disagreeing), *dataset.disagreeing_repeats),
+            other_sites=dataset.other_sites,
             left_out=left_out,
             between_states=joint.regression,
             place_effect=joint.place_effect,

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from forcemap.campaigns.dataset import (
+    LEAST,
     AtPoint,
     ImpactDataset,
     PhaseTwo,
@@ -24,7 +25,7 @@ from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import censored_regression, state_data
 from forcemap.maps.force_map import Fit, ForceMap
-from forcemap.maps.forms import CFM_3D, Form
+from forcemap.maps.forms import Form, form_of
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect, place_effect, place_regression
 from forcemap.maps.regression import Regression, least_squares
@@ -42,7 +43,7 @@ class CensoredImpacts(StrEnum):
 
 
 def fit_force_map(
-    dataset: ImpactDataset, *, form: Form = CFM_3D, impacts: CensoredImpacts = CensoredImpacts.AT_LEAST
+    dataset: ImpactDataset, *, form: Form | None = None, impacts: CensoredImpacts = CensoredImpacts.AT_LEAST
 ) -> ForceMap:
     """Fit a collision-force map to the impacts with role train.
 
@@ -64,8 +65,8 @@ def fit_force_map(
     ----------
     dataset : ImpactDataset
         The impacts. Phase II is known from all of them, test and censored ones included.
-    form : Form
-        The terms of ln F.
+    form : Form, optional
+        The terms of ln F; if not given the form that the conditions state, else CFM_3D.
     impacts : CensoredImpacts
         How censored impacts enter the fit.
 
@@ -82,6 +83,7 @@ def fit_force_map(
     RankDeficient
         The states do not tell the terms apart, or only by differences within the tolerance of repeats.
     """
+    form = form_of(dataset.conditions, form)
     if not isinstance(form, Form):
         raise FitError(
             f"found {getattr(form, 'name', form)}, which is compared (forcemap evaluate --forms), not fitted"
@@ -184,6 +186,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         test=dataset.again.test.states,
         at_points=states_at_points(dataset, measured_range),
         disagreeing=tuple(dataset.disagreeing_repeats),
+        other_sites=dataset.other_sites,
         slower=dataset.slower_train.states,
         left_out=left_out,
         between_states=between_states,
@@ -210,15 +213,16 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
 
 
 def states_at_points(dataset: ImpactDataset, measured_range: MeasuredRange) -> States:
-    """The impacts at contact points alone that were made as far off the campaign's direction as its speeds hold.
+    """The impacts at contact points alone that were made as far off the campaign's direction as its speeds hold, with
+    what they show of the dataset's quantity.
 
-    One that was made in a zone is at many places of it, as far as it lies in the box around the measured range; of
-    another quantity there are none.
+    One that was made in a zone is at many places of it, as far as it lies in the box around the measured range.
     """
-    made = _along(dataset) if dataset.quantity is Quantity.FORCE else []
+    made = [each for each in _along(dataset) if each.of(dataset.quantity) >= LEAST]
     rows = [(each, place) for each in made for place in each.places(measured_range.points[:, :2])]
-    coordinates = np.array([(*place, each.speed) for each, place in rows])
-    return States.single([each.recording for each, _ in rows], coordinates, np.array([each.force for each, _ in rows]))
+    coordinates, shown = np.array([(*place, each.speed) for each, place in rows]), [each for each, _ in rows]
+    values = np.array([each.of(dataset.quantity) for each in shown])
+    return States.single([each.recording for each in shown], coordinates, values)
 
 
 def phase_two_with_points(dataset: ImpactDataset) -> PhaseTwo:

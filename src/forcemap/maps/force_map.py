@@ -64,6 +64,8 @@ class Fit:
         What the map was carried over from; None for a map that rests on its own states alone.
     disagreeing : tuple of str
         States of the impacts table whose repeats lie far apart (`ImpactDataset.disagreeing_repeats`).
+    other_sites : tuple of (str, int, float)
+        As `ImpactDataset.other_sites`; a map file does not keep them.
     """
 
     states: States
@@ -79,6 +81,7 @@ class Fit:
     at_points: States = NO_STATES
     slower: States = NO_STATES
     disagreeing: tuple[str, ...] = ()
+    other_sites: tuple[tuple[str, int, float], ...] = ()
 
     @property
     def measured(self) -> tuple[States, ...]:

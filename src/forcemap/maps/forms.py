@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray
+from forcemap.campaigns.dataset import Conditions
 from forcemap.errors import InputError, UnknownName
 
 _FACTOR = re.compile(r"(d|h|v|ln\(v\))(?:\^([1-9]\d?))?")
@@ -253,6 +254,11 @@ def form_named(name: str) -> Form:
         if form.name == wanted:
             return form
     raise UnknownName("form", name, [form.name for form in FORMS])
+
+
+def form_of(conditions: Conditions, form: Form | None = None) -> Form:
+    """The form of a campaign's map: the one that is asked for, else `map.form` of campaign.toml, else CFM_3D."""
+    return form or form_named(conditions.form or CFM_3D.name)
 
 
 CFM_2D = Form.of("CFM_2D", ["1", "v", "d", "d^2"])

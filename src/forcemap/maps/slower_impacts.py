@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import CONFIRMING, SPEED_NOT_STATED, States
+from forcemap.campaigns.dataset import CONFIRMING, SPEED_NOT_STATED, Quantity, States
 from forcemap.errors import BoundNotAvailable
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound, ToleranceBound
@@ -153,8 +153,47 @@ def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, boo
         speed_mps=float(conditions.as_stated(made.slowest)[i]) if stated else None,
         lowest_mps=float(conditions.as_stated(speed)[i]) if slower[i] else None,
         refuses=refuses or None,
+        **unit_of(force_map.quantity),
     )
     return found, refuses
+
+
+def unit_of(quantity: Quantity) -> dict[str, str]:
+    """The unit that a finding states of a quantity; that of the force goes without saying."""
+    return {} if quantity is Quantity.FORCE else {"unit": quantity.unit}
+
+
+def far_above(force_map: ForceMap) -> Finding | None:
+    """Repeats far above the others of their state, and above what 999 of 1000 states stay below; None without any.
+
+    The mean of their state hides them, and the bound that they widen does not reach them: one of them is wrong.
+    """
+    fit = force_map.fit
+    if fit is None:
+        return None
+    most = ToleranceBound(content=_NO_CHANCE, device_error=force_map.conditions.device.error_or_default)
+    try:
+        most.require(force_map)
+    except BoundNotAvailable:
+        return None
+    apart = [group.select(np.isin(group.name, fit.disagreeing)) for group in (fit.states, fit.left_out)]
+    groups = [group.select(highest_above(force_map, most, group)) for group in apart if len(group)]
+    found = [group for group in groups if len(group)]
+    if not found:
+        return None
+    force = np.concatenate([np.fmax(group.highest, group.at_least) for group in found])
+    distance, height, speed = np.concatenate([np.array([g.distance, g.height, g.slowest]) for g in found], axis=1)
+    i = int(force.argmax())
+    return Finding.of(
+        FindingKind.FAR_ABOVE_BOUND,
+        names=tuple(dict.fromkeys(name for group in found for name in group.name)),
+        force_N=float(force[i]),
+        upper_N=float(most.upper(force_map, distance[i], height[i], speed[i])),
+        distance_m=float(distance[i]),
+        height_m=float(height[i]),
+        speed_mps=float(force_map.conditions.as_stated(speed)[i]),
+        **unit_of(force_map.quantity),
+    )
 
 
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:

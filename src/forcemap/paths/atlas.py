@@ -17,6 +17,7 @@ from forcemap.campaigns.campaign import campaign_folders, is_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, ENTRIES, Conditions, normalised, read_conditions
 from forcemap.campaigns.impacts_table import read_dataset
 from forcemap.campaigns.point_list import POINTS_FILE, measured_at_points
+from forcemap.campaigns.recordings_table import REGISTER_FILE, Use, read_register
 from forcemap.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, direction_words, same_direction
 from forcemap.errors import BoundNotAvailable, CampaignFileError, ForcemapError, InputError
 from forcemap.files import read_bytes, sha256, toml_tables
@@ -107,7 +108,8 @@ class Atlas:
     InputError
         No campaign has a map; a campaign states no direction that a motion can be compared with; two are of different
         robots or safety settings, or of the same contact site, tool and payload in nearly the same direction; a
-        recording at a contact point lies in the folder of another campaign than the map that it is held against.
+        recording at a contact point lies in the folder of another campaign than the map that it is held against; two
+        campaigns use one recording.
     """
 
     campaigns: tuple[AtlasMap, ...]
@@ -132,8 +134,20 @@ class Atlas:
                     file=self.source or None,
                 )
 
+        self._require_own_recordings()
         for one, other in itertools.permutations(self.campaigns, 2):
             self._require_points_beside_their_map(one, other)
+
+    def _require_own_recordings(self) -> None:
+        """Refuse a recording that two campaigns use: it was made once, of one direction, site, tool and payload."""
+        of = {each.name: _recordings(each.folder) for each in self.campaigns if each.folder is not None}
+        for one, other in itertools.combinations(of, 2):
+            if shared := [name for digest, name in of[one].items() if digest in of[other]]:
+                raise InputError(
+                    f"{len(shared)} recordings of {one} are those of {other}, too (the first: {shared[0]}); "
+                    "a recording was made in one of them: take them out of the other, and collect it",
+                    file=self.source or None,
+                )
 
     def _require_points_beside_their_map(self, one: AtlasMap, other: AtlasMap) -> None:
         """Refuse recordings at contact points in one folder that speak for or against the map of another: a map is held
@@ -429,6 +443,13 @@ def _campaign(folder: Path, name: str, map_of: Callable[[Path], ForceMap]) -> At
     except ForcemapError as error:
         return AtlasMap(name, conditions, None, error, root)
     return AtlasMap(name, force_map.conditions, force_map, folder=root)
+
+
+def _recordings(folder: Path) -> dict[str, str]:
+    """The recordings that a campaign uses, and their names, by the hash of their files; none without a register."""
+    register = folder / REGISTER_FILE
+    entries = read_register(register) if register.exists() else ()
+    return {entry.sha256: entry.name for entry in entries if entry.use is Use.USED}
 
 
 def _comparable(value: Any) -> Any:

@@ -537,7 +537,8 @@ def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, accelera
     if path.speeds is None:
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)
     above_mean = max(0.0, float(np.max(programmed - path.speeds)))
-    figures = {"above_mps": above_mean, "acceleration_mps2": acceleration}
+    shown = path.shown_acceleration
+    figures = {"above_mps": above_mean, "acceleration_mps2": max(acceleration, shown), "shown": shown > acceleration}
     digit = _LAST_DIGIT if excluded.any() else None
     return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, **figures, last_digit=digit)
 

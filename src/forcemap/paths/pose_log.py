@@ -65,6 +65,7 @@ def read_pose_log(
             rows = range(layout.row, layout.row + len(block.values))
             time, _ = in_seconds(block.values[:, 0], known, rows, layout.name(layout.selection.time))
             _refuse_slow(time, layout.name(layout.selection.time), "time_unit")
+            _refuse_backwards(time, rows, layout.name(layout.selection.time))
         elif "sampling_rate_Hz" in columns:
             time = np.arange(len(block.values)) / known.sampling_rate
             _refuse_slow(time, "sampling_rate_Hz", "sampling_rate_Hz")
@@ -113,6 +114,14 @@ def _refuse_slow(time: FloatArray, column: str, entry: str) -> None:
     if apart > _FARTHEST:
         problem = f"found samples {apart:.4g} s apart (median), slower than any controller writes a log"
         raise RecordingError(f"{problem}; correct {entry}", column=column)
+
+
+def _refuse_backwards(time: FloatArray, rows: range, column: str) -> None:
+    """Refuse a time [s] that is not after the one of the row above."""
+    if (back := np.flatnonzero(~(np.diff(time) > 0))).size:
+        i = int(back[0])
+        problem = f"found {time[i + 1]:g} s, expected a time after the {time[i]:g} s of the row above"
+        raise RecordingError(f"{problem}; a log of one run", row=rows[i + 1], column=column)
 
 
 def _refuse_other_lengths(layout: Layout, stated: str) -> None:

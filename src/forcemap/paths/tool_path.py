@@ -251,13 +251,31 @@ class ToolPath:
     ) -> tuple[Indices, FloatArray, FloatArray, FloatArray]:
         """The row of each piece; of each row mean speed [m/s], time to the next one [s], and gain of speed in it [m/s].
 
-        The gain is that of an acceleration at least as large as the means of neighbouring rows imply.
+        The gain is that of an acceleration at least as large as the means of neighbouring rows imply, and as all of the
+        path shows (`shown_acceleration`).
         """
+        row, mean, time = self._rows(moving)
+        implied = np.concatenate([[0.0], np.abs(_accelerations(mean, time)), [0.0]])
+        least = max(acceleration, _sustained(mean, time))
+        return row, mean, time, np.maximum(least, np.maximum(implied[1:], implied[:-1])) * time
+
+    @property
+    def shown_acceleration(self) -> float:
+        """Largest acceleration along the path that three rows in succession show [m/s^2]; 0 where none do.
+
+        Two rows may show a larger one by chance: of a corner, of a row that is a little late.
+        """
+        moving = self._moving_times
+        if moving is None:
+            return 0.0
+        _, mean, time = self._rows(moving)
+        return _sustained(mean, time)
+
+    def _rows(self, moving: FloatArray) -> tuple[Indices, FloatArray, FloatArray]:
+        """The row of each piece; of each row mean speed [m/s], and time to the next one [s]."""
         row = np.arange(len(self)) if self.rows is None else np.unique(self.rows, return_inverse=True)[1]
         length, time = (np.asarray(np.bincount(row, each), dtype=np.float64) for each in (self.lengths, moving))
-        mean = length / time
-        implied = np.concatenate([[0.0], 2 * np.abs(np.diff(mean)) / (time[1:] + time[:-1]), [0.0]])
-        return row, mean, time, np.maximum(acceleration, np.maximum(implied[1:], implied[:-1])) * time
+        return row, length / time, time
 
     @property
     def _moving_times(self) -> FloatArray | None:
@@ -310,3 +328,15 @@ class ToolPath:
 def _half_turn(angle: FloatArray) -> FloatArray:
     """Angles [rad] from minus to plus half a turn."""
     return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))
+
+
+def _accelerations(mean: FloatArray, time: FloatArray) -> FloatArray:
+    """Acceleration from each row to the next [m/s^2], of n mean speeds [m/s] over times [s], shape (n - 1,)."""
+    return np.asarray(2 * np.diff(mean) / (time[1:] + time[:-1]))
+
+
+def _sustained(mean: FloatArray, time: FloatArray) -> float:
+    """The largest acceleration that lasts from one pair of rows to the next [m/s^2]; 0 where none does."""
+    found = _accelerations(mean, time)
+    lasting = np.where(found[1:] * found[:-1] > 0, np.minimum(np.abs(found[1:]), np.abs(found[:-1])), 0.0)
+    return float(lasting.max(initial=0.0))

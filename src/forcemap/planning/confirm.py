@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -15,7 +16,7 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo, Quantity
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import CONFIRMING, StateTolerance
-from forcemap.errors import FitError, NotReleasable
+from forcemap.errors import BoundNotAvailable, FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
@@ -23,12 +24,13 @@ from forcemap.maps.force_map import NO_STATES, Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN, place_regression
 from forcemap.maps.regression import Regression
+from forcemap.maps.slower_impacts import unit_of
 from forcemap.planning.design import require_whole
 from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
-from forcemap.speeds.basis import unconfirmed
+from forcemap.speeds.basis import of_quantity, unconfirmed
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 
 IMPACTS = 6
@@ -84,6 +86,8 @@ class ConfirmingImpact:
     outcome : Confirmed
     reason : Finding
         Why.
+    above_bound : bool
+        True if its force, or another quantity that the limit names, lies above the bound there.
     """
 
     recording: str
@@ -95,10 +99,11 @@ class ConfirmingImpact:
     bound_force: float
     outcome: Confirmed
     reason: Finding
+    above_bound: bool = False
 
     def near_limit(self, within: float) -> bool:
         """Whether it does not pass, or cannot tell, by its force, which the bound allows: it agrees with the map."""
-        return self.outcome is not Confirmed.PASSES and within < self.force <= self.bound_force
+        return self.outcome is not Confirmed.PASSES and within < self.force and not self.above_bound
 
     def too_fast_for(self, released: float, within: float) -> ConfirmingImpact | None:
         """The same as telling nothing, if its force alone is too high, above the speed released now [m/s]; else None.
@@ -185,8 +190,8 @@ class ConfirmationPlan:
         The map to be confirmed.
     bound : Bound
         The bound that released the speeds.
-    pressed : bool
-        True if the speeds rest on pressures, too: then an impact without one confirms nothing.
+    others : tuple of ForceMap
+        Maps of other quantities that the limit names. With one of the pressure an impact without it confirms nothing.
     result : ConfirmationResult or None
         Whether the impacts confirm the map; None before `judged`, and before one is measured.
     """
@@ -209,8 +214,18 @@ class ConfirmationPlan:
     bump_detected: float
     force_map: ForceMap
     bound: Bound
-    pressed: bool = False
+    others: tuple[ForceMap, ...] = ()
     result: ConfirmationResult | None = None
+
+    @property
+    def most_force(self) -> FloatArray:
+        """The force up to which an impact at each run of `plan` passes [N]: the bound, or the limit less the error."""
+        return np.minimum(self.bound_force, self.limit - self.force_map.conditions.device.error_or_default)
+
+    @property
+    def pressed(self) -> bool:
+        """True if the speeds rest on pressures, too."""
+        return any(other.quantity is Quantity.PRESSURE for other in self.others)
 
     @property
     def superseded(self) -> tuple[str, ...]:
@@ -263,7 +278,7 @@ class ConfirmationPlan:
             impact
             for impact in _judged(self, self.earlier, self.earlier_released, impacts, checked)
             if impact.outcome is Confirmed.DOES_NOT_PASS
-            and (impact.speed <= released[impact.state] + _SAME_SPEED or impact.force > impact.bound_force)
+            and (impact.speed <= released[impact.state] + _SAME_SPEED or impact.above_bound)
         ]
         if not judged:
             return replace(self, result=None)
@@ -295,7 +310,8 @@ def _overall(
     if unknown := count[Confirmed.CANNOT_TELL]:
         of = {"impacts": unknown, "of": len(judged), "near": near or None}
         return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, **of)
-    passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
+    names = tuple(other.quantity.words for other in plan.others)
+    passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit, others=names)
     return Confirmed.PASSES, passed
 
 
@@ -316,7 +332,8 @@ def _judged(
             speed, force, recording = (column[row].item() for column in measured)
             upper = float(plan.bound.upper(plan.force_map, d, h, speed))
             within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
-            outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
+            above = _above_bound(plan, impacts, row, (d, h, speed))
+            outcome, reason = _outcome(force, upper, within, above, bool(impacts.censored[row]))
             place = impacts.distance[row], impacts.height[row]
             if outcome is Confirmed.PASSES and plan.pressed and math.isnan(impacts.peak_pressure[row]):
                 outcome, reason = Confirmed.CANNOT_TELL, Finding.of(FindingKind.CONFIRM_WITH_FILM)
@@ -326,7 +343,9 @@ def _judged(
             if outcome is Confirmed.PASSES and max(abs(place[0] - d), abs(place[1] - h)) > impacts.tolerance.scale[0]:
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.NOT_WHERE_PLANNED, distance_m=place[0].item(), height_m=place[1].item())
-            judged.append(ConfirmingImpact(recording, state, d, h, speed, force, upper, outcome, reason))
+            judged.append(
+                ConfirmingImpact(recording, state, d, h, speed, force, upper, outcome, reason, above is not None)
+            )
         done.add(state)
         if not rows and name in checked:
             upper = float(plan.bound.upper(plan.force_map, d, h, v))
@@ -335,13 +354,27 @@ def _judged(
     return judged
 
 
-def _outcome(force: float, upper: float, checked: _Checked, censored: bool) -> tuple[Confirmed, Finding]:
+def _above_bound(
+    plan: ConfirmationPlan, impacts: ImpactDataset, row: int, state: tuple[float, float, float]
+) -> Finding | None:
+    """That an impact lies above the bound of the force, or of another quantity that the limit names; else None."""
+    for each in (plan.force_map, *plan.others):
+        measured, upper = impacts.shown(each.quantity)[row].item(), float(plan.bound.upper(each, *state))
+        if measured > upper:
+            at_least = impacts.shown_at_least(each.quantity)[row].item()
+            figures = {"force_N": measured, "bound_N": upper, "at_least": at_least, **unit_of(each.quantity)}
+            return of_quantity(each.quantity, Finding.of(FindingKind.ABOVE_BOUND, **figures))
+    return None
+
+
+def _outcome(
+    force: float, upper: float, checked: _Checked, above: Finding | None, censored: bool
+) -> tuple[Confirmed, Finding]:
     """An impact by the rule: within the limit, and not above the bound."""
     within, why = checked
     if within is False:
         return Confirmed.DOES_NOT_PASS, why
-    if force > upper:
-        above = Finding.of(FindingKind.ABOVE_BOUND, force_N=force, bound_N=upper, at_least=censored)
+    if above:
         return Confirmed.DOES_NOT_PASS, above
     if within is None:
         return Confirmed.CANNOT_TELL, why
@@ -436,12 +469,12 @@ def confirm_plan(
     upper = np.asarray(bound.upper(force_map, *states.T))
     if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
-    pressed = isinstance(limit, ForceLimit) and force_map.other(Quantity.PRESSURE) is not None
-    film = [Finding.of(FindingKind.CONFIRM_WITH_FILM)] * pressed
+    others = _named_by(limit, contact, bound, force_map)
+    film = [Finding.of(FindingKind.CONFIRM_WITH_FILM) for other in others if other.quantity is Quantity.PRESSURE]
     doubts = _doubts(force_map, plan, states, upper, tolerance)
     asked = unconfirmed(released.basis.warnings)  # which is what the impacts are planned for
     of_speeds = [each for each in released.basis.warnings if each not in asked]
-    warnings = [*film, *of_speeds, *warnings, *doubts]
+    warnings = list(dict.fromkeys([*film, *of_speeds, *warnings, *doubts]))
     most = np.minimum(newtons - conditions.device.error_or_default, upper)
     return ConfirmationPlan(
         plan=replace(plan, warnings=tuple(warnings)),
@@ -454,11 +487,11 @@ def confirm_plan(
         limit=newtons,
         refusal=refusal,
         warnings=tuple(warnings),
-        rule=_rule(len(plan), newtons, conditions),
+        rule=_rule(len(plan), newtons, conditions, others),
         **_probabilities(force_map, places, states, most, upper),
         force_map=force_map,
         bound=bound,
-        pressed=pressed,
+        others=others,
     )
 
 
@@ -577,11 +610,29 @@ def _doubts(
             yield Finding.of(FindingKind.MEASURED_ABOVE_BOUND, state=plan.state_id[i].item(), **forces)
 
 
-def _rule(impacts: int, limit: float, conditions: Conditions) -> Finding:
+def _named_by(
+    limit: ForceLimit | NewtonLimit | float, contact: Contact | None, bound: Bound, force_map: ForceMap
+) -> tuple[ForceMap, ...]:
+    """The maps of other quantities that a limit names and the bound holds for: what has none, the speeds say."""
+    held = contact is not None and Contact.parse(contact) is Contact.QUASI_STATIC
+    named = {Quantity.PRESSURE: isinstance(limit, ForceLimit), Quantity.CLAMPING_FORCE: held}
+    found = [other for other in force_map.others if named[other.quantity]]
+    for other in found[:]:
+        with contextlib.suppress(BoundNotAvailable):
+            bound.require(other)
+            continue
+        found.remove(other)
+    return tuple(found)
+
+
+def _rule(impacts: int, limit: float, conditions: Conditions, others: Sequence[ForceMap]) -> Finding:
     """When the map is confirmed, and at which speeds where those that the campaign states are not those at contact."""
     error, share = conditions.device.error_or_default, 1 - conditions.speed_error
     speeds = {"kind": conditions.speed_kind or "set", "speed_error": conditions.speed_error or math.nan, "share": share}
-    return Finding.of(FindingKind.CONFIRMING_RULE, impacts=impacts, limit_N=limit, error_N=error, **speeds)
+    names = tuple(other.quantity.words for other in others)
+    return Finding.of(
+        FindingKind.CONFIRMING_RULE, impacts=impacts, limit_N=limit, error_N=error, others=names, **speeds
+    )
 
 
 def _released(speed: FloatArray, conditions: Conditions) -> FloatArray:

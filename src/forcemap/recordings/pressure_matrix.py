@@ -27,7 +27,7 @@ _SPELLINGS = {unit.lower(): unit for unit in UNITS}
 _UNIT = re.compile(r"(?i)\b(n/cm\^?[2²]|n/mm\^?[2²]|[hkm]?pa|bar|psi)(?![a-z])")
 _PITCH = re.compile(r"(?i)\b(?:pitch|spacing|cell|raster|resolution)\b[^0-9\n]*([0-9]+(?:[.,][0-9]+)?)\s*(mm|um|µm)\b")
 _LENGTHS = {"mm": 1e-3, "um": 1e-6, "µm": 1e-6}
-_AT_RANGE = 0.98  # share of the range from which a cell counts as saturated: exports round, films end softly; a choice
+AT_RANGE = 0.98  # share of the range from which a cell counts as saturated: exports round, films end softly; a choice
 _EVEN = 1e-6  # share by which steps of an evenly rising row may differ: such a row holds positions
 
 
@@ -64,7 +64,7 @@ class PressureMatrix:
             expected = "0 for the largest cell, or an area of at most 1 cm^2"
             raise InputError(f"averaging: found none; state pressure.mean_over_cm2 in campaign.toml: {expected}")
         cells = np.maximum(self.pressure, np.nan_to_num(film.least))
-        above = bool(np.any(self.pressure >= _AT_RANGE * film.range))
+        above = bool(np.any(self.pressure >= AT_RANGE * film.range))
         beyond = int(math.sqrt(film.mean_over) / (100 * self.pitch))  # what was cut off may show as much as is not seen
         cells = np.pad(cells, beyond, constant_values=float(np.nan_to_num(film.least)))
         return largest_mean(cells, self.pitch, film.mean_over), above

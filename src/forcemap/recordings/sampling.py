@@ -169,7 +169,7 @@ def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = Fals
     if unit is None or unit is stated:
         return
     if isinstance(unit, type(stated)) and unit is not ForceUnit.COUNTS:
-        default = " (which holds if it states none)" if stated in _IF_NOT_STATED else ""
+        default = f" ({stated.value} is the default, too)" if stated in _IF_NOT_STATED else ""
         problem = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}{default}"
         raise RecordingError(f"{problem}; state {entry} = {unit.value!r}, or correct the file", column=column)
     if stated is ForceUnit.COUNTS:  # a unit of its own, with a factor

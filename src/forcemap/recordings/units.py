@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Iterable, Iterator
 from enum import StrEnum
 from typing import TypeAlias
@@ -72,6 +73,17 @@ _OTHER_WORDS = """
 """
 _OTHER_FORCES, _OTHER_TIMES = frozenset(_FORCE_WORDS.split()), frozenset(_TIME_WORDS.split())
 _OTHERS = _OTHER_FORCES | _OTHER_TIMES | frozenset(_OTHER_WORDS.split())
+# a word for a power of ten anywhere in a name, and a sign for one right before the unit: "Kilo-Newton", "k N"
+_TEN_WORDS = """
+    deca deka hecto hekto kilo mega giga deci dezi centi zenti milli micro mikro nano tenfold
+    ten tens tenth tenths hundred hundreds hundredth hundredths thousand thousands thousandth thousandths
+    zehn zehner zehntel zehntels hundert hunderter hundertstel tausend tausender tausendstel
+    dix dizaine dizaines centaine centaines mille millier milliers dixieme dixiemes dieci decine centinaia migliaia
+    faktor factor facteur fattore scaled skaliert
+"""
+_FULL_WIDTH = {0xFEE0 + code: code for code in range(0x21, 0x7F)}  # letters as East Asian programs write them
+_POWERS_OF_TEN = frozenset(_TEN_WORDS.split())
+_PREFIXES = _POWERS_OF_TEN | {"da", *"hkmgdcµun"}
 _ONE_LETTER = frozenset("gtVAmhdJKCW%")  # a unit where nothing else can stand: in brackets, after a comma
 _AT_END = {True: frozenset("shmd"), False: frozenset("N")}  # of times, of forces: F_s, F_t, F_h are no units
 LONGEST_NAME = 300  # characters
@@ -91,7 +103,16 @@ _SHORT = 4  # letters
 _READ_WITHIN = (w for u in ForceUnit if u is not ForceUnit.COUNTS for w in _SPELLINGS[u].split() if len(w) > _SHORT)
 _WITHIN = re.compile("|".join(("kilopond", "kgf", "kilogram", "lbf", "pound", *_READ_WITHIN)), re.IGNORECASE)
 _TENFOLD = rf"10+\s?(?:{'|'.join(unit.value for unit in ForceUnit if unit is not ForceUnit.COUNTS)})\b"
-_FACTOR = re.compile(rf"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z]){_TENFOLD}|(?<![0-9])1/[0-9]", re.IGNORECASE)
+_FACTOR = re.compile(
+    rf"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z]){_TENFOLD}|(?<![0-9])1/[0-9]|10\s?\^|(?<![0-9])1e[+-]?[0-9]|"
+    r"(?<![0-9])0[.,]0*1\s?(?=[^\W\d])|(?<![0-9A-Za-z])10+\s?(?:[x×*]|er\b)|\bper\s10+\b",
+    re.IGNORECASE,
+)
+# a power of ten grown onto the unit, and a sign for one onto a name: "dekaN", "ForcekN"
+_GROWN = re.compile(
+    r"(?:(?<=[^\W\d_])(?:k|da|h|d|c|m|M|µ|n|·)|(?<![^\W\d_])(?:[kK]ilo|[dD]e[ck]a|[hH]e[ck]to|[mM]illi))"
+    r"N(?![A-Za-z])"
+)
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
 )
@@ -123,7 +144,9 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
     text = _plain(name)
     if len(text) > LONGEST_NAME:
         return None
-    if _FACTOR.search(text):
+    if _FACTOR.search(text) or not _POWERS_OF_TEN.isdisjoint(_words(text)):
+        return text
+    if not of_time and not alone and not in_brackets(text) and _GROWN.search(text) and not _known(text):
         return text
     bracketed = [match.strip() for match in _BRACKETS.findall(text)]
     if alone:
@@ -141,18 +164,29 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
     if match := _LAST.fullmatch(text):
         after_sign, end = match[1].strip() in (",", "/", "in"), match[2]
         at_end = _known(end, one_letter=True) if len(end) > 1 or after_sign or end in _AT_END[of_time] else None
+        if at_end and not _PREFIXES.isdisjoint(_words(text[: match.start(2)])[-1:]):
+            return text
         if at_end := at_end or next(_of_kind(re.split(r"[\s_,.-]+", text), of_time), None):
             return at_end
     return text if _WITHIN.search(text) else None
 
 
+def _words(text: str) -> list[str]:
+    """The words of a name in small letters without accents, whatever stands between them."""
+    plain = "".join(sign for sign in unicodedata.normalize("NFD", text.casefold()) if not unicodedata.combining(sign))
+    return re.findall(r"[^\W\d_]+", plain)
+
+
 def _of_kind(words: Iterable[str], of_time: bool) -> Iterator[Unit | str]:
-    """The words among these that are units of time, or of force."""
+    """The words among these that are units of time, or of force, in whatever capitals: of symbols others are others."""
     kind, others = (TimeUnit, _OTHER_TIMES) if of_time else (ForceUnit, _OTHER_FORCES)
+    before = ""
     for word in words:
         unit = _known(word) if len(word) > 1 or word in _AT_END[of_time] else None
-        if isinstance(unit, kind) or word.casefold() in others:
-            yield unit or word
+        other = len(word) > 1 and word.casefold() in (symbol.casefold() for symbol in kind)
+        if isinstance(unit, kind) or other or word.casefold() in others:
+            yield f"{before} {word}" if not _PREFIXES.isdisjoint(_words(before)[-1:]) else unit or word
+        before = word
 
 
 def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
@@ -164,7 +198,8 @@ def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
     (['kgf'], [])
     """
     if line.lstrip().startswith(("#", "%", "//")):
-        in_comment = list(_of_kind((text.strip() for text in _BRACKETS.findall(_plain(line))), of_time))
+        bracketed = (part for text in _BRACKETS.findall(_plain(line)) for part in re.split(r"[\s-]+", text.strip()))
+        in_comment = list(_of_kind(bracketed, of_time))
         if in_comment:
             return in_comment
     if in_brackets(line):  # alone on its line
@@ -175,7 +210,8 @@ def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
         return [factor[1]]
     if unit_word is None or re.search("[0-9]", after):  # "measuring unit for 5 kN" is no remark on units
         return []
-    return list(_of_kind(re.split(r"[\s,;:=|\t\"()\[\]]+", _plain(line)), of_time))
+    found = list(_of_kind(re.split(r"[\s,;:=|\t\"()\[\]-]+", _plain(line)), of_time))
+    return [after.strip(" :=;,|\t")] if found and not _POWERS_OF_TEN.isdisjoint(_words(after)) else found
 
 
 def spelled_otherwise(text: str, unit: Unit) -> bool:
@@ -204,7 +240,7 @@ def _known(text: str, *, one_letter: bool = False) -> Unit | str | None:
 
 def _plain(text: str) -> str:
     """One sign for micro, no blanks or quotes around."""
-    return text.replace("μ", "µ").strip().strip('"').strip()
+    return text.translate(_FULL_WIDTH).replace("μ", "µ").replace('"', " ").strip()
 
 
 def in_brackets(text: str) -> bool:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from sqlalchemy import Connection, Row, select
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, normalised
-from forcemap.errors import CampaignFileError, InputError, RegisterError, one_line
+from forcemap.errors import CampaignFileError, InputError, RegisterError, nearest_names, one_line
 from forcemap.files import stated_date
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
@@ -44,6 +44,8 @@ class Entered:
         Conditions of the cell that were entered, as `firmware: 5.12`.
     also_of : tuple of str
         Other cells that have campaigns with these recordings.
+    new_cell : bool
+        True if the register did not know the cell.
     head : Head
         The newest entry of the audit trail.
     """
@@ -58,6 +60,7 @@ class Entered:
     new_impacts: int
     facts: tuple[str, ...]
     also_of: tuple[str, ...]
+    new_cell: bool
     head: Head
 
 
@@ -69,7 +72,7 @@ class Changed(NamedTuple):
     head: Head
 
 
-def enter(register: Register, folder: str | Path, *, cell: str = "", person: str = "") -> Entered:
+def enter(register: Register, folder: str | Path, *, cell: str = "", new: bool = False, person: str = "") -> Entered:
     """Enter a campaign's folder as it is now: campaign, recordings, impacts, maps, contact points, conditions.
 
     Parameters
@@ -79,6 +82,9 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
         As `collect` left it.
     cell : str
         Its cell, SITE/NAME; if not given, what [protocol] states as site and cell; else it has none.
+    new : bool
+        True to make the cell that `cell` names although the register knows others and not this one: a slip in its name
+        would else leave releases of another in force. A cell that [protocol] states is made.
     person : str
         Who enters it; the account of this machine if not given.
 
@@ -87,7 +93,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
     CampaignFileError
         The folder is not as it was collected, or states no date although it has a cell.
     RegisterError
-        The database refuses it; then nothing of it was entered.
+        The register does not know the cell, or the database refuses it; then nothing of it was entered.
     """
     content = read_content(folder)
     protocol = content.protocol
@@ -108,6 +114,9 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
         if found := _there(connection, content, site, name):  # another process was faster
             return _as_there(connection, content, site, name, found)
         action = Action(register, connection, person)
+        known = cell_number(connection, site, name) is not None
+        if cell and not (known or new) and connection.execute(select(CELLS.c.id).limit(1)).first():
+            require_cell(connection, joined(site, name) if site else f"/{name}")
         place = _cell(action, site, name) if name else None
         campaign = _add_campaign(action, content, place)
         recordings, impacts = _add_impacts(action, content, campaign, place)
@@ -126,6 +135,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
         new_impacts=impacts,
         facts=tuple(facts),
         also_of=also_of,
+        new_cell=bool(name) and not known,
         head=now,
     )
 
@@ -256,8 +266,15 @@ def require_cell(connection: Connection, cell: str) -> tuple[int, str]:
     if rows:
         there = ", ".join(sorted(f"{row.site}/{name}" for row in rows)[:5])
         raise RegisterError(f"there are several cells {name!r}: {there}; name the site, too")
-    remedy = "enter a campaign of it, or what is known of it: forcemap register change ... --new"
-    raise RegisterError(f"there is no cell {cell!r}; {remedy}")
+    remedy = "if it is a new one, enter a campaign of it, or what is known of it, with --new"
+    raise RegisterError(f"there is no cell {cell!r}{_nearest(connection, name)}; {remedy}")
+
+
+def _nearest(connection: Connection, name: str) -> str:
+    """The cell that may have been meant by a name that the register does not know; empty where it knows none."""
+    known = {row.name: joined(row.site, row.name) for row in connection.execute(select(CELLS.c.site, CELLS.c.name))}
+    near = nearest_names(name, [*known], 1)
+    return f"; the nearest known one is {known[near[0]]!r}" if near else ""
 
 
 def facts_of(connection: Connection, cell: int) -> list[Fact]:
@@ -307,6 +324,7 @@ def _as_there(connection: Connection, content: CampaignContent, site: str, name:
         new_impacts=0,
         facts=(),
         also_of=cells_with(connection, digests, cell_number(connection, site, name) if name else None),
+        new_cell=False,
         head=head(connection),
     )
 

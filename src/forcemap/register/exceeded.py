@@ -61,6 +61,13 @@ def where_exceeded(register: Register, limit: float) -> tuple[tuple[Exceeded, ..
     return tuple(sorted(found, key=lambda each: (-each.exceeded, -each.cannot_tell, each.cell, each.folder))), large
 
 
+def files_above(register: Register, limit: float) -> int:
+    """How many files hold an impact above a force [N]: one that was entered for several cells is one."""
+    above = select(func.count(IMPACTS.c.recording_id.distinct())).where(IMPACTS.c.largest_N > limit)
+    with register.reading() as connection:
+        return int(connection.execute(above).scalar() or 0)
+
+
 def _counted(connection: Connection, limit: float) -> dict[int, list[Any]]:
     """Of each campaign that is not wholly below a force: impacts above it, impacts not told, the largest [N].
 

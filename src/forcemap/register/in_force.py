@@ -97,11 +97,13 @@ def failed(
     *,
     replaced_by: int | None,
     entered_again: str | None = None,
+    entered_elsewhere: tuple[str, str, str] | None = None,
     now: str,
 ) -> tuple[Finding, ...]:
     """Why a release is not in force; empty if it is.
 
-    It is in force only if it is neither withdrawn nor replaced, its campaign was not entered again with other content,
+    It is in force only if it is neither withdrawn nor replaced, its campaign was not entered again with other content
+    and its recordings not for another cell under other conditions,
     its time is not over and not ahead, every condition is known, was so at its release and has not changed since, the
     calibration held when it was measured, and the device suits the body areas. What is not known fails as what is wrong
     does; a withdrawal counts whatever its time, and a condition that has changed and changed back has changed.
@@ -117,6 +119,9 @@ def failed(
         Number of the release that replaces it.
     entered_again : str or None
         When its campaign was entered again with other content; None if it was not.
+    entered_elsewhere : tuple of str or None
+        Site and name of another cell that its recordings were entered for under other conditions, both empty without a
+        cell, and when.
     now : str
         The time, as the register keeps it.
     """
@@ -126,6 +131,9 @@ def failed(
         found.append(of(kind.RELEASE_REPLACED, release=replaced_by))
     if entered_again is not None:
         found.append(of(kind.RELEASE_CAMPAIGN_CHANGED, at=entered_again[:10]))
+    if entered_elsewhere is not None:
+        *cell, at = entered_elsewhere
+        found.append(of(kind.RELEASE_ENTERED_ELSEWHERE, cell="/".join(filter(None, cell)), at=at[:10]))
     if not release.at or release.at > now:
         found.append(of(kind.RELEASE_AHEAD, at=release.at))
     if not release.valid_until:
@@ -166,8 +174,9 @@ def _changed(name: str, release: Released, facts: Sequence[Fact]) -> list[Findin
     then = [fact for fact in standing if order(fact) == order(before[-1])]
     during = [fact for fact in standing if first <= fact.since[:10] <= last]
     since = [fact for fact in ordered if fact.entry > release.entry and fact.since[:10] >= first]
-    if was is None or not then or any(fact.value is None for fact in (*during, *then, *since)):
-        return [Finding.of(FindingKind.RELEASE_CONDITION_UNKNOWN, entry=name)]
+    unknown = [fact.since[:10] for fact in (*during, *then, *since) if fact.value is None]
+    if was is None or not then or unknown:
+        return [Finding.of(FindingKind.RELEASE_CONDITION_UNKNOWN, entry=name, since=min(unknown, default=None))]
     if other := next((fact for fact in (*then, *since) if fact.value != was), None):
         figures = {"was": was, "now": other.value, "since": other.since[:10], "back": ordered[-1].value == was or None}
         return [Finding.of(FindingKind.RELEASE_CONDITION_CHANGED, entry=name, **figures)]

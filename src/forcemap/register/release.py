@@ -25,7 +25,7 @@ from forcemap.register.connection import Register
 from forcemap.register.enter import cells_with, facts_of, require_cell
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import Released, failed
-from forcemap.register.tables import AUDIT, CAMPAIGNS, IMPACTS, RELEASES, USES, WITHDRAWALS
+from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, IMPACTS, RELEASES, USES, WITHDRAWALS
 from forcemap.speeds.basis import Basis, limit_basis, unconfirmed
 from forcemap.speeds.quantities import cases_of
 from forcemap.words import assumptions, sentence, sentences, warnings
@@ -211,6 +211,27 @@ def entered_again(connection: Connection, *which: ColumnElement[bool]) -> dict[i
     query = query.join(later, _same_campaign(later) & (later.c.entry > RELEASES.c.entry))
     query = query.join(AUDIT, AUDIT.c.id == later.c.entry).where(*which).group_by(RELEASES.c.id)
     return {row[0]: row[1] for row in connection.execute(query)}
+
+
+def entered_elsewhere(connection: Connection, *which: ColumnElement[bool]) -> dict[int, tuple[str, str, str]]:
+    """Releases whose recordings were entered after them for another cell, or none, as of the same robot under other
+    conditions.
+
+    With site and name of that cell, and when: a robot measured them under one set of conditions.
+    """
+    impacts, uses, other = IMPACTS.alias(), USES.alias(), CAMPAIGNS.alias()
+    stated = (CAMPAIGNS.c.conditions, other.c.conditions.label("others"))
+    query = select(RELEASES.c.id, CELLS.c.site, CELLS.c.name, AUDIT.c.at, *stated)
+    query = query.join_from(RELEASES, CAMPAIGNS, RELEASES.c.campaign_id == CAMPAIGNS.c.id)
+    query = query.join(USES, USES.c.campaign_id == CAMPAIGNS.c.id).join(IMPACTS, USES.c.impact_id == IMPACTS.c.id)
+    query = query.join(impacts, impacts.c.recording_id == IMPACTS.c.recording_id)
+    query = query.join(uses, uses.c.impact_id == impacts.c.id).join(other, uses.c.campaign_id == other.c.id)
+    query = query.outerjoin(CELLS, other.c.cell_id == CELLS.c.id).join(AUDIT, AUDIT.c.id == other.c.entry)
+    elsewhere = func.coalesce(other.c.cell_id, 0) != CAMPAIGNS.c.cell_id
+    query = query.where(elsewhere, other.c.entry > RELEASES.c.entry, other.c.conditions != CAMPAIGNS.c.conditions)
+    rows = connection.execute(query.where(*which).distinct().order_by(AUDIT.c.at)).all()
+    same = (row for row in rows if json.loads(row.conditions)["robot"] == json.loads(row.others)["robot"])
+    return {row.id: (row.site or "", row.name or "", row.at) for row in same}
 
 
 def _same_campaign(other: FromClause) -> ColumnElement[bool]:

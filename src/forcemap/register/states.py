@@ -14,7 +14,7 @@ from forcemap.register.audit import head
 from forcemap.register.connection import Register
 from forcemap.register.enter import current, facts_of, joined, require_cell
 from forcemap.register.in_force import KINDS, Fact, Withdrawal, failed
-from forcemap.register.release import entered_again, released
+from forcemap.register.release import entered_again, entered_elsewhere, released
 from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, FACTS, RELEASES, WITHDRAWALS
 
 _LATER = RELEASES.alias()
@@ -192,6 +192,7 @@ def release_states(
     pairs = select(RELEASES.c.replaces, RELEASES.c.id).where(RELEASES.c.replaces.is_not(None))
     replaced = {row[0]: row[1] for row in connection.execute(pairs)}
     again = entered_again(connection, *which) if rows else {}
+    elsewhere = entered_elsewhere(connection, *which) if rows else {}
     return [
         ReleaseState(
             release=row["id"],
@@ -207,6 +208,7 @@ def release_states(
                 withdrawn.get(row["id"], ()),
                 replaced_by=replaced.get(row["id"]),
                 entered_again=again.get(row["id"]),
+                entered_elsewhere=elsewhere.get(row["id"]),
                 now=now,
             ),
         )

@@ -40,7 +40,7 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
         return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
     program = _between(results.slowest_to_program, results.fastest_to_program)
     speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
-    speeds += ", there and between" if results.fastest > results.slowest else ""
+    speeds += ", there, between and at the edge" if results.fastest > results.slowest else ""
     off = results.to_program_off_axis
     other = f"{_between(off[0], off[-1])} at {len(off)} of them" if len(off) else "no speed"
     shown["off_axis"] = f"up to {WIDEST_ANGLE:g} degrees off the direction: {other}"

@@ -42,8 +42,10 @@ from forcemap.maps.slower_impacts import (
     confirming_above,
     confirming_of,
     cover_slower,
+    far_above,
     points_above,
     slower_impacts,
+    unit_of,
     upper_of_slower,
 )
 from forcemap.speeds.allowance import Allowance
@@ -202,7 +204,8 @@ def basis_of(
     raised = basis.raised * off_axis
     exceeded, refuses = (None, None) if weak else _measured_above(force_map, bound, basis.newtons, raised)
     at_points, refuse = (None, False) if weak else points_above(force_map, bound)
-    measured = tuple(filter(None, (slower.refusal, contradicted, refuses, at_points if refuse else None)))
+    against = (at_points if refuse else None) or far_above(force_map)
+    measured = tuple(filter(None, (slower.refusal, contradicted, refuses, against)))
     notes = map_notes(force_map, bound, confirmed)
     return replace(
         basis,
@@ -224,7 +227,7 @@ def basis_of(
             *doubts_of_fit(force_map),
         ),
         notes=(*basis.notes, *(transfer.findings if transfer else ()), direction, *notes),
-        export_refusal=exceeded or (at_points if refuse else None) or not_borne_out or weak or basis.export_refusal,
+        export_refusal=exceeded or against or not_borne_out or weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
     )
@@ -326,9 +329,8 @@ class Exceedance:
         where: dict[str, float | None] = dict(zip(("distance_m", "height_m", "speed_mps"), self.place, strict=True))
         if self.place[2] <= SPEED_NOT_STATED:
             where["speed_mps"] = None
-        unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
         figures = {"names": names, "force_N": self.force, "limit": float(limits[self.limits].min())}
-        return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **where, **unit)
+        return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **where, **unit_of(force_map.quantity))
 
 
 def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: float) -> Iterator[Exceedance]:
@@ -367,13 +369,27 @@ def _measured_above(
 
 
 def against_bound(force_map: ForceMap, bound: Bound) -> tuple[Finding, ...]:
-    """What measurements say against a map with a bound, whatever the limit; none of a bound that it cannot carry."""
+    """What measurements say against a map with a bound, whatever the limit; none of a bound that it cannot carry.
+
+    Of the maps of other quantities of the same impacts, too.
+    """
+    others = (of_quantity(other.quantity, each) for other in force_map.others for each in against_bound(other, bound))
     try:
         bound.require(force_map)
     except BoundNotAvailable:
-        return ()
-    found = (contradiction(force_map, bound), confirming_above(force_map, bound), points_above(force_map, bound)[0])
-    return tuple(filter(None, found))
+        return tuple(others)
+    found = (
+        *(contradiction(force_map, bound), confirming_above(force_map, bound)),
+        *(points_above(force_map, bound)[0], far_above(force_map)),
+    )
+    return (*filter(None, found), *others)
+
+
+def of_quantity(quantity: Quantity, finding: Finding) -> Finding:
+    """A finding, said of a quantity; that of the force as it is."""
+    if quantity is Quantity.FORCE:
+        return finding
+    return Finding.of(FindingKind.OF_QUANTITY, finding, quantity=quantity.words)
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
@@ -520,6 +536,8 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
     if fit is None:
         return notes
     notes.append(confirmed or Finding.of(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None))
+    sites = tuple(f"{site} ({count} up to {force:.0f} N)" for site, count, force in fit.other_sites)
+    note(kind.OTHER_SITES, sites, sites=sites)
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
     censored = fit.censored_samples + int(fit.test.censored.sum() + fit.slower.censored.sum())

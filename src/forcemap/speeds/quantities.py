@@ -16,8 +16,8 @@ from forcemap.limits.body_areas import PASCALS
 from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit
 from forcemap.maps.bounds import Bound, contradiction, weakness
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.slower_impacts import cover_slower
-from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes
+from forcemap.maps.slower_impacts import confirming_above, cover_slower, far_above, points_above
+from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes, of_quantity
 
 _OF_FORCE = (FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
 
@@ -68,25 +68,16 @@ def together(of_force: Basis, force_map: ForceMap, others: Iterable[QuantityCase
     if names_pressure and of_force.permitted and force_map.unmapped:
         refusals.append(force_map.unmapped)
     for case in others:
-        refusals += [_of(case.quantity, why) for why in case.basis.refusals]
-        said = [_of(case.quantity, why) for why in case.basis.warnings]
+        refusals += [of_quantity(case.quantity, why) for why in case.basis.refusals]
+        said = [of_quantity(case.quantity, why) for why in case.basis.warnings]
         warnings = [*said, *warnings] if case.basis.export_refusal else [*warnings, *said]
         if case.basis.export_refusal:
-            export_refusal = export_refusal or _of(case.quantity, case.basis.export_refusal)
+            export_refusal = export_refusal or of_quantity(case.quantity, case.basis.export_refusal)
         if case.quantity is Quantity.PRESSURE:
             notes = [note for note in notes if note.kind is not FindingKind.PRESSURE_NOT_ASSESSED]
-        notes += case.basis.notes[:1] + tuple(_of(case.quantity, why) for why in case.basis.notes[1:])
+        notes += case.basis.notes[:1] + tuple(of_quantity(case.quantity, why) for why in case.basis.notes[1:])
     found: dict[str, Any] = {"refusals": tuple(refusals), "warnings": tuple(warnings), "notes": tuple(notes)}
     return replace(of_force, **found, export_refusal=export_refusal)
-
-
-def of_quantity(quantity: Quantity, finding: Finding) -> Finding:
-    """A finding on a place, said of a quantity; that of the force as it is."""
-    return finding if quantity is Quantity.FORCE else _of(quantity, finding)
-
-
-def _of(quantity: Quantity, finding: Finding) -> Finding:
-    return Finding.of(FindingKind.OF_QUANTITY, finding, quantity=quantity.words)
 
 
 def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis | None:
@@ -106,7 +97,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
             return None
         newtons, raised = of_force.newtons, of_force.raised
         note = Finding.of(FindingKind.CLAMPING_FORCE_ASSESSED, limit=float(np.min(newtons)), **figures)
-    slower, refusals = cover_slower(other), list[Finding]()
+    slower, refusals, measured, at_points = cover_slower(other), list[Finding](), None, None
     try:
         bound.require(other)
     except BoundNotAvailable as error:
@@ -116,22 +107,25 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
     else:
         if other.quantity is Quantity.PRESSURE:
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
-        refusals += filter(None, (slower.refusal, contradiction(other, bound)))
+        at_points, refuse = points_above(other, bound)
+        measured = confirming_above(other, bound) or (at_points if refuse else None) or far_above(other)
+        refusals += filter(None, (slower.refusal, contradiction(other, bound), measured))
     weak = None if refusals else weakness(bound, other)
     exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
     notes = [] if refusals else map_notes(other, bound)
     notes = [each for each in notes if each not in of_force.notes and each.kind not in _OF_FORCE]
     alone = exceeded if np.ndim(newtons) == 0 else None  # of several limits each refuses for itself
     refusals += [alone] if alone else []
+    said = (None if alone else exceeded, None if at_points in refusals else at_points, weak)
     return replace(
         of_force,
         newtons=newtons,
         raised=raised,
         slower=slower.raised,
         refusals=tuple(refusals),
-        warnings=(*filter(None, (None if alone else exceeded, weak)), *doubts_of_fit(other)),
+        warnings=(*filter(None, said), *doubts_of_fit(other)),
         notes=(note, *notes),
-        export_refusal=exceeded or weak,
+        export_refusal=exceeded or measured or weak,
     )
 
 

@@ -21,9 +21,9 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.slower_impacts import upper_of_slower
 from forcemap.speeds.allowance import Allowance
-from forcemap.speeds.basis import Basis, exceedances
+from forcemap.speeds.basis import Basis, exceedances, of_quantity
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
-from forcemap.speeds.quantities import QuantityCase, cases_of, of_quantity
+from forcemap.speeds.quantities import QuantityCase, cases_of
 
 REPEAT_DISTANCE = StateTolerance().place
 """States this close to a place [m], along both axes, count as measured at it: as far apart as repeats of one state may

@@ -66,7 +66,9 @@ class CampaignMap:
         """The map beside the 2D map and the standard's contact model, as `forcemap compare --json`."""
         limit, dataset = self.limits.of(question.area), self.fitted.dataset
         usable = limit if limit.permitted else None
-        comparison = fm.compare_force_models(dataset, **self.contact_model(question).figures, limit=usable)
+        comparison = fm.compare_force_models(
+            dataset, **self.contact_model(question).figures, limit=usable, force_map=self.fitted.force_map
+        )
         notes = self.limits.statements
         return ComparisonAnswer.of_comparison(comparison, limit, simulated=dataset.simulated, notes=notes)
 

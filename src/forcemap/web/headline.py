@@ -29,8 +29,6 @@ from forcemap.web.question import Area, Question
 from forcemap.words import sentence, sentences
 
 _FORMS = "forcemap evaluate {} --forms"
-_OTHER_FORM = "ask whether another form fits these states better than CFM_3D, which this page shows"
-"""What to do first where the form of the map is doubted."""
 
 _IN_MEMORY = 64
 """Cases that stay in memory; a choice: a few body areas of every campaign of a folder."""
@@ -132,16 +130,14 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
             said = f"release: {case.confirmed_by} impacts at released speeds confirm the map"
             return NextStep(sentence=said, states=[], command=f"forcemap report {name} --area {limit.name}")
         said = "confirm the map by impacts at the speeds to be released"
-        if _form_doubted(path):
-            return NextStep(
-                sentence=f"{_OTHER_FORM}; else {said}", states=[], command=f"forcemap evaluate {name} --forms"
-            )
+        if ask := _other_form(path):
+            return NextStep(sentence=f"{ask}; else {said}", states=[], command=_FORMS.format(name))
         return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
     found = _next(fitted_campaign(path), limit, contact)
     if found.plan is None:
         said = "; ".join(map(sentence, (*found.reasons, found.progress, *found.within)))
-        if _form_doubted(path):
-            return NextStep(sentence=f"{_OTHER_FORM}; {said}", states=[], command=_FORMS.format(name))
+        if ask := _other_form(path):
+            return NextStep(sentence=f"{ask}; {said}", states=[], command=_FORMS.format(name))
         return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
@@ -151,17 +147,20 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
         confirmed = f"{case.confirmed_by} impacts confirm the map"
         before = f"nothing for these speeds: {confirmed}, and with more states it is another one, to be confirmed again"
     first = f"{before}; for speeds at more places " if case.permitted else ""
-    first = f"{_OTHER_FORM}; else " if _form_doubted(path) else first
+    first = f"{ask}; else " if (ask := _other_form(path)) else first
     further = f"{first}measure {len(states)} further states"
     said = "; ".join([further, *map(sentence, (found.progress, *found.within))])
     warnings = tuple(sentences(found.warnings))
     return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
 
 
-def _form_doubted(path: Path) -> bool:
-    """Whether the states doubt the form of the map: another form may fit them, which a confirmation would not tell."""
-    doubts = doubts_of_fit(fitted_campaign(path).force_map)
-    return any(doubt.kind in (FindingKind.FALLS_WITH_SPEED, FindingKind.FORM_DOUBTED) for doubt in doubts)
+def _other_form(path: Path) -> str:
+    """What to ask first where states doubt the form of the map: a confirmation would not tell. Else empty."""
+    force_map = fitted_campaign(path).force_map
+    doubts = {doubt.kind for doubt in doubts_of_fit(force_map)}
+    doubted = doubts & {FindingKind.FALLS_WITH_SPEED, FindingKind.FORM_DOUBTED}
+    shown = f"{force_map.form.name}, which this page shows"
+    return f"ask whether another form fits these states better than {shown}" if doubted else ""
 
 
 def _case(name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, limits: Limits) -> Case:

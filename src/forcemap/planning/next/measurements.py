@@ -21,7 +21,7 @@ from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, Bound, FixedMargin, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.forms import CFM_3D, Form
+from forcemap.maps.forms import Form, form_of
 from forcemap.planning.design import LARGEST, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, StandardExpectation
 from forcemap.planning.measurements import REPEATS
@@ -32,7 +32,7 @@ from forcemap.planning.places import PlaceRange, at_speeds, no_repeats
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
-from forcemap.speeds.basis import Basis, doubts_of_fit, limit_basis
+from forcemap.speeds.basis import Basis, against_bound, doubts_of_fit, limit_basis, of_quantity
 from forcemap.speeds.enclosures import Patches, enclose
 from forcemap.speeds.safe_speed import safe_speed
 
@@ -54,7 +54,16 @@ _AHEAD = 3  # batches for which the gain is predicted at most
 _FURTHER = 12  # states by which a campaign may exceed its usual number, or with which a spent budget is compared
 _NEARLY = 0.9  # share of the places that counts as nearly everywhere
 
+_MEASURED = (
+    FindingKind.EXCEEDED_WHERE_PERMITTED,
+    FindingKind.POINTS_ABOVE_BOUND,
+    FindingKind.FAR_ABOVE_BOUND,
+    FindingKind.CONFIRMING_ABOVE_BOUND,
+)
+"""What measurements say against a map, with the states at which they do."""
+
 _MORE_ANSWERS = (
+    FindingKind.OF_QUANTITY,
     *(FindingKind.FORM_DOUBTED, FindingKind.FORM_NOT_TESTED, FindingKind.FORM_PARTLY_TESTED),
     *(FindingKind.FORM_UNSEEN_BETWEEN, FindingKind.FALLS_WITH_SPEED, FindingKind.SLOW_AT_FEW_PLACES),
     FindingKind.DRIFT_FOUND,
@@ -141,7 +150,7 @@ def next_measurements(
     distances: Sequence[float] = (),
     heights: Sequence[float] = (),
     speeds: Sequence[float] = (),
-    form: Form = CFM_3D,
+    form: Form | None = None,
     bound: ToleranceBound = ToleranceBound(),  # noqa: B008 - frozen
     expected_force: Expectation | None = None,
     largest_force: float = math.inf,
@@ -177,8 +186,8 @@ def next_measurements(
     speeds : sequence of float
         Slowest and fastest speed that may be planned [m/s]; if not given 0.05, and the fastest of the plan that the
         conditions state, else 0.40. A reach that they state holds anyway.
-    form : Form
-        The map that is fitted.
+    form : Form, optional
+        Form of the map; as in `fit_force_map` if not given.
     bound : ToleranceBound
         The bound that confirms.
     expected_force : ForceMap, StandardExpectation or callable, optional
@@ -222,6 +231,7 @@ def next_measurements(
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
     seen = measured.states if isinstance(measured, ImpactDataset) else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
+    form = form_of(conditions, form)
     usable = _limit_to_confirm(limit, contact, conditions, dataset)
     speeds, reach, within = _as_planned(conditions, speeds)
     slowest, fastest = _check_budget(bound, speeds, batch, states, repeats, least_gain)
@@ -248,17 +258,24 @@ def next_measurements(
         seed=seed,
     )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
-    choice = _choice(aim, force_map, no_bound, expected_force)
+    others = _named_others(force_map, limit, usable.contact)
+    choice = _choice(aim, force_map, no_bound, expected_force, others)
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
-    warnings = (*_by_force_alone(force_map, limit, usable.contact), *answer.warnings)
+    by_force = [Finding.of(FindingKind.PLANNED_BY_FORCE, quantities=tuple(each.quantity.words for each in others))]
+    warnings = (*(by_force if others else ()), *_said_of(others, bound), *answer.warnings)
     return replace(answer, warnings=warnings, within=within)
 
 
 def _choice(
-    aim: _Aim, force_map: ForceMap | None, no_bound: tuple[Finding, ...], expected_force: Expectation | None
+    aim: _Aim,
+    force_map: ForceMap | None,
+    no_bound: tuple[Finding, ...],
+    expected_force: Expectation | None,
+    others: Sequence[ForceMap],
 ) -> _Choice | NextMeasurements:
     """The next states, or why to stop; `no_bound` says why there is no map."""
     now, has_speed, refused = _confirmed(force_map, aim.targets, aim.level, aim.bound, aim.share)
+    refused += tuple(each for other in others for each in against_bound(other, aim.bound) if each.kind in _MEASURED)
     if why := aim.basis.refusals:
         return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *why))
     if force_map is None or aim.known is None or aim.seen is None:
@@ -289,17 +306,22 @@ def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequen
     return speeds, reach, tuple(kept)
 
 
-def _by_force_alone(
+def _named_others(
     force_map: ForceMap | None, limit: ForceLimit | NewtonLimit | float, contact: Contact | None
-) -> tuple[Finding, ...]:
-    """That states are chosen, and places counted, by the force alone although speeds rest on other quantities, too."""
-    others = () if force_map is None else force_map.others
+) -> tuple[ForceMap, ...]:
+    """The maps of other quantities that speeds rest on, too, though states are chosen, and places counted, by the force
+    alone."""
     named = {
         Quantity.PRESSURE: isinstance(limit, ForceLimit),
         Quantity.CLAMPING_FORCE: contact is Contact.QUASI_STATIC,
     }
-    words = tuple(each.quantity.words for each in others if named[each.quantity])
-    return (Finding.of(FindingKind.PLANNED_BY_FORCE, quantities=words),) if words else ()
+    return tuple(each for each in (force_map.others if force_map else ()) if named[each.quantity])
+
+
+def _said_of(others: Sequence[ForceMap], bound: Bound) -> list[Finding]:
+    """What measurements say against the maps of other quantities, and doubts about these."""
+    found = ((each.quantity, (*against_bound(each, bound), *doubts_of_fit(each))) for each in others)
+    return [of_quantity(quantity, why) for quantity, findings in found for why in findings]
 
 
 @dataclass(frozen=True, eq=False)
@@ -566,9 +588,7 @@ def _confirmed(
     refused: tuple[Finding, ...] = ()
     if force_map is not None and limit <= force_map.highest_force - force_map.conditions.device.error_or_default:
         now = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC)
-        kind = FindingKind
-        measured = (kind.EXCEEDED_WHERE_PERMITTED, kind.POINTS_ABOVE_BOUND, kind.CONFIRMING_ABOVE_BOUND)
-        speed, refused = now.speed, tuple(why for why in now.basis.refusals if why.kind in measured)
+        speed, refused = now.speed, tuple(why for why in now.basis.refusals if why.kind in _MEASURED)
     has_speed = ~np.isnan(speed)
     if force_map is None:
         return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), has_speed, ()
