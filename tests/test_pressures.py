@@ -249,14 +249,15 @@ def test_a_film_that_is_a_copy_of_another_one_stops_collect(copy, written_as):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("unit: N/cm2", "unit: psi"), "of the peak forces on the films"),
-        (("pitch: 1 mm", "pitch: 0.8 mm"), "of the peak forces on the films"),
+        (("unit: N/cm2", "unit: psi"), "on the device, expected 85 % of that at least"),
+        (("pitch: 1 mm", "pitch: 0.8 mm"), "on the device, expected 85 % of that at least"),
         (("pitch: 1 mm", "pitch: 1.00 mm"), ""),
     ],
 )
-def test_films_that_together_show_less_than_the_force_stop_collect(copy, change, said):
-    """Each by itself shows more than half; all together tell the unit, or the pitch, that makes them too low."""
-    for file in (copy / "pressures").iterdir():
+@pytest.mark.parametrize("films", [60, 20, 1])
+def test_films_that_show_less_than_the_force_stop_collect(copy, change, said, films):
+    """Each shows more than half; those of some places alone gave speeds 13 % too high when their median counted."""
+    for file in sorted((copy / "pressures").iterdir())[:films]:
         text = file.read_text()
         assert change[0] in text, text[:200]
         file.write_text(text.replace(*change))
@@ -424,6 +425,22 @@ def test_a_pressure_is_within_only_beyond_the_films_error(figure, above, outcome
     measured = MeasuredPressure(figure, above, "run.csv", "")
     film, hand = Film(range=500.0, error=0.05), fm.force_limit("back_of_hand")  # 190 N/cm^2
     assert check_pressure(measured, hand, film=film).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("error", "share", "outcome"),
+    [(0.1, 0.82, "within"), (0.1, 0.80, "cannot_tell"), (0.2, 0.72, "cannot_tell"), (0.6, 0.51, "cannot_tell"),
+     (0.6, 0.53, "within"), (0.9, 0.49, "cannot_tell")],
+)  # fmt: skip
+def test_a_film_that_shows_less_force_than_its_error_explains_is_within_no_limit(error, share, outcome):
+    time = np.arange(0, 0.9, 1e-3)
+    pulse = fm.Recording(
+        time, 200 * np.exp(-(((time - 0.12) / 0.01) ** 2)), device=fm.Device(range=500.0, error=3.0, stiffness=75e3)
+    )
+    impact = fm.find_impact(pulse)
+    measured = MeasuredPressure(50.0, False, "run.csv", "", most_force=share * impact.peak_force)
+    film, hand = Film(range=500.0, error=error), fm.force_limit("back_of_hand")
+    assert check_pressure(measured, hand, film=film, impacts=[impact]).outcome == outcome
 
 
 def test_the_transient_limit_of_pressure_only_where_nothing_goes_on():

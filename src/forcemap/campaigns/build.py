@@ -24,7 +24,6 @@ from forcemap.campaigns.pressures import (
     films_in,
     require_different,
     require_known,
-    require_whole_forces,
 )
 from forcemap.campaigns.quantity import Quantity
 from forcemap.campaigns.readout import Reader
@@ -163,7 +162,6 @@ def collected(
         _require_unchanged(campaign, recording)
         judged.append(registered(campaign, recording, used, films))
     require_known(films, (entry for entry, _ in judged))
-    require_whole_forces(used.force_shares, campaign.conditions.film, campaign.folder / PRESSURES_FOLDER)
     require_different([*_films_of(films, judged), *films_at_points(campaign.folder)], campaign.conditions.film)
     return [entry for entry, _ in judged], [row for _, row in judged if row]
 

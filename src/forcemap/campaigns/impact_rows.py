@@ -49,7 +49,6 @@ class UsedRecordings:
 
     def __init__(self, recordings: Iterable[CampaignRecording]) -> None:
         self.runs: dict[tuple[str, int], str] = {}
-        self.force_shares: list[float] = []
         self._held = [(each, impact.edge) for each in recordings if each.readout for impact in each.readout.impacts]
         self._edges = Edges(edge for _, edge in self._held)
 
@@ -99,7 +98,6 @@ def registered(
     film = film_reading(films, campaign, entry)
     row = _row(campaign, recording.readout, entry) | (film.cells if film else _NO_PRESSURE)
     used.runs[entry.state_id, entry.repeat] = entry.name
-    used.force_shares += [film.force_share] if film else []
     return _sealed(entry, row, now | _basis(campaign, entry, film), several=bool(campaign.conditions.devices)), row
 
 

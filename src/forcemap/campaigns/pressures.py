@@ -26,14 +26,10 @@ PRESSURES_FOLDER = "pressures"
 Films = Mapping[str, Sequence[Path]]
 """The files of a folder of films, by the names that they bear without their endings."""
 
-_LEAST_SHARE = 0.5
-"""Share of the peak force that all cells together, each with its largest pressure, have to show at least. A choice: a
-film of 10 to 15 % error shows more; one with a mistaken unit or pitch, or beside the contact, less."""
-
-
-_FEWEST_FILMS, _FORCE_ERROR = 3, 0.10
-"""Films from which on their forces are compared with the device's, and by which share more than their error they may
-lie below. A choice: psi stated for N/cm^2, or a pitch of 0.85 mm for 1 mm, is more."""
+_LEAST_SHARE, _FORCE_ERROR = 0.5, 0.10
+"""Share of the peak force that a film shows at least, however large its error is stated, and by which share more than
+its error it may lie below the force. A choice: psi stated for N/cm^2, a pitch of 0.85 mm for 1 mm, or a film beside the
+contact takes more."""
 
 _FEWEST_CELLS, _SAME_CELL = 24, 0.5
 """Cells with a pressure from which on two films that agree in all of them, to half an N/cm^2, are one. A choice: a film
@@ -64,9 +60,9 @@ class MeasuredPressure:
     sha256: str
     most_force: float = math.inf
 
-    def too_little_for(self, force: float, *, least: float = _LEAST_SHARE) -> bool:
-        """True if all of the film together shows less than a share of the peak force [N] that went through it."""
-        return self.most_force < least * force
+    def too_little_for(self, force: float, film: Film) -> bool:
+        """True if all of the film shows less than the peak force [N] that went through it, by more than its error."""
+        return self.most_force < least_force_share(film) * force
 
 
 @dataclass(frozen=True)
@@ -79,13 +75,10 @@ class FilmReading:
         Its cells in the impacts table.
     origin : str
         The file, its hash and what it gave.
-    force_share : float
-        Largest force that its cells can have carried, as a share of the peak force that went through it.
     """
 
     cells: dict[str, str]
     origin: str
-    force_share: float
 
 
 def films_in(folder: Path) -> Films:
@@ -142,40 +135,16 @@ def film_reading(films: Films, campaign: Campaign, entry: Entry) -> FilmReading 
     measured = usable_film(file, campaign.conditions.film, entry.peak_force)
     pressure, above = f"{measured.pressure:.2f}", measured.above_range
     cells = {"peak_pressure_N_per_cm2": pressure, "pressure_censored": csv_cell(above)}
-    origin = f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2"
-    return FilmReading(cells, origin, measured.most_force / entry.peak_force)
+    return FilmReading(cells, f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2")
 
 
 def least_force_share(film: Film) -> float:
-    """Share of a peak force that a film whose unit and pitch are right shows at least, by its error."""
-    return 1 - film.error_or_default - _FORCE_ERROR
+    """Share of a peak force that a film whose unit and pitch are right shows at least.
 
-
-def require_whole_forces(shares: Sequence[float], film: Film, folder: Path) -> None:
-    """Refuse films that all together show less force than went through them: their pressures would be too low.
-
-    Cells with their largest pressures, whenever each had it, carry at least the peak force.
-
-    Parameters
-    ----------
-    shares : sequence of float
-        `FilmReading.force_share` of all films.
-    film : Film
-    folder : Path
-        Of the films.
-
-    Raises
-    ------
-    CampaignFileError
-        The median of three and more lies below 1 by more than the film's error and `_FORCE_ERROR`.
+    Its cells with their largest pressures, whenever each had it, carry at least that force, less the film's error, a
+    share of the reading: 1 / (1 + error) less `_FORCE_ERROR`; `_LEAST_SHARE`, however large that is stated.
     """
-    least = least_force_share(film)
-    if len(shares) < _FEWEST_FILMS or not (median := float(np.median(shares))) < least:
-        return
-    found = f"found {100 * median:.0f} % of the peak forces on the films (median of {len(shares)} films)"
-    expected = f"expected {100 * least:.0f} % at least, by the film's error of {100 * film.error_or_default:g} %"
-    remedy = "their unit or pitch is mistaken, or they do not cover the contact; state them, or take the films away"
-    raise CampaignFileError(f"{found}, {expected}: {remedy}", file=str(folder))
+    return max(_LEAST_SHARE, 1 / (1 + film.error_or_default) - _FORCE_ERROR)
 
 
 def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
@@ -184,7 +153,7 @@ def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
     Raises
     ------
     CampaignFileError
-        Its range or averaging is not stated; it shows far less than the force.
+        Its range or averaging is not stated; it shows less than the force, by more than its error.
     RecordingError
         It cannot be used.
     """
@@ -193,8 +162,10 @@ def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
         expected = "state pressure.range_N_per_cm2 in campaign.toml"
         raise CampaignFileError(f"{message}; {expected}", file=str(file))
     measured = _measured(file, film)
-    if measured.too_little_for(force):
-        found = f"found {measured.most_force:.1f} N on all of the film, {force:.1f} N on the device"
+    if measured.too_little_for(force, film):
+        found = f"found {measured.most_force:.1f} N on all of the film, {force:.1f} N on the device, expected "
+        found += f"{100 * least_force_share(film):.0f} % of that at least, by the film's error of "
+        found += f"{100 * film.error_or_default:g} %"
         remedy = "its unit or pitch is mistaken, or it does not cover the contact; state them, or move the file away"
         raise CampaignFileError(f"{found}: {remedy}", file=str(file))
     return measured

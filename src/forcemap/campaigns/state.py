@@ -178,15 +178,18 @@ class States:
         if not len(others):
             return {}
         away, number = _nearest(*(states.coordinates / tolerance.scale for states in (self, others)))
-        known = np.isin(self.name, others.name) | np.array(
-            [name.startswith(CONFIRMING) for name in self.name], dtype=bool
-        )
+        known = np.isin(self.name, others.name) | self.confirms
         return {self.name[i]: others.name[number[i]] for i in np.flatnonzero(~known & (away <= 1.0))}
 
     def at_places_of(self, others: States) -> Mask:
         """Which states, shape (m,), lie within PLACE_SIZE of a place of others."""
         away = np.abs(self.coordinates[:, None, :2] - others.coordinates[:, :2]).max(axis=2)
         return np.asarray((away <= PLACE_SIZE).any(axis=1))
+
+    @property
+    def confirms(self) -> Mask:
+        """Which states were measured to confirm a map, shape (m,)."""
+        return np.array([name.startswith(CONFIRMING) for name in self.name], dtype=np.bool_)
 
     @property
     def uncensored(self) -> States:

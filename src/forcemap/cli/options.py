@@ -182,12 +182,15 @@ def wanted_form(form: str | None) -> fm.Form | None:
     return fm.form_named(form) if form else None
 
 
-def use_form(form: fm.Form, own: fm.Form, what: str) -> str:
-    """That something is for another form than the campaign's own, and how it becomes the campaign's."""
-    return (
+def of_other_form(form: fm.Form | None, conditions: fm.Conditions, what: str) -> list[str]:
+    """That something is for another form than the campaign's own, and how it becomes the campaign's; else nothing."""
+    own = form_of(conditions)
+    if form in (None, own):
+        return []
+    return [
         f"{what} for {form.name}; speeds, exports and the page take {own.name} until campaign.toml states below [map] "
         f'form = "{form.name}"'
-    )
+    ]
 
 
 def impacts_of(table: str, device_spring: float | None = None) -> fm.ImpactDataset:

@@ -23,7 +23,7 @@ from forcemap.cli.options import (
     force_map_from,
     limit_from,
     number,
-    use_form,
+    of_other_form,
     wanted_form,
 )
 from forcemap.cli.output import counted, emit, listing, verdict_first
@@ -146,7 +146,7 @@ def plan(
     completed = planned.complete(folder, conditions, added)
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
     files += [*["campaign.toml"] * bool(completed), *([_kept(folder, carried[0])] if carried else [])]
-    around = [] if carried else [_AROUND, *_of_other_form(shared["form"], conditions)]
+    around = [] if carried else [_AROUND, *of_other_form(shared["form"], conditions, "These states are")]
     notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes), *around]
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
@@ -161,12 +161,6 @@ def _of_other_payload(shared: dict[str, Any], conditions: fm.Conditions) -> list
     of_map = 0.0 if math.isnan(source.conditions.payload) else source.conditions.payload
     figures = {"payload_kg": conditions.payload, "of_map_kg": of_map, "name": source.name}
     return [Finding.of(FindingKind.EXPECTED_OTHER_PAYLOAD, **figures)] if of_map != conditions.payload else []
-
-
-def _of_other_form(form: fm.Form, conditions: fm.Conditions) -> list[str]:
-    """That the campaign's map will be of another form than the one these states were chosen for."""
-    own = form_of(conditions)
-    return [use_form(form, own, "These states are")] if form != own else []
 
 
 def _of_plan(reach: float, speeds: list[float]) -> dict[str, float]:

@@ -28,17 +28,16 @@ from forcemap.cli.options import (
     Overshoot,
     TeamRegister,
     areas_from,
+    of_other_form,
     require_impacts,
     require_one_map,
     several_maps,
     stated_bound,
-    use_form,
     wanted_form,
 )
 from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.errors import few
 from forcemap.files import read_bytes, write_atomically
-from forcemap.maps.forms import form_of
 from forcemap.report.permission import BY_MAP_ALONE
 from forcemap.report.seal import REPORT_FILE
 from forcemap.words import sentence, sentences
@@ -112,17 +111,11 @@ def report(
         *answer_lines(assessment),
         f"Written: {', '.join(files)} ({os.path.getsize(files[0]) / 1e6:.1f} MB; an estimate from measurements, not a "
         "certificate)",
-        *_of_other_form(assessment, form),
+        *of_other_form(wanted_form(form), assessment.conditions, "This report is"),
     ]
     verify = f"Later: forcemap report --verify {files[0]} {folder}"
     emit(report_result(assessment, files), [*lines, *_older_pdf(files), verify], as_json=as_json)
     return int(isinstance(assessment.points, Missing))
-
-
-def _of_other_form(assessment: fm.CampaignAssessment, form: str | None) -> list[str]:
-    """That page, speeds and exports of the campaign rest on another form than this report."""
-    own, wanted = form_of(assessment.conditions), wanted_form(form)
-    return [use_form(wanted, own, "This report is")] if wanted and wanted != own else []
 
 
 def _command(folder: str, case: Mapping[str, Any], more: Mapping[str, object], *, pdf: bool) -> str:

@@ -13,13 +13,14 @@ from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTol
 from forcemap.direction import same_direction
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused, few
 from forcemap.findings import Finding, FindingKind
+from forcemap.maps.above_bound import confirming_above, highest_above
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form, form_of
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.slower_impacts import confirming_above, cover_slower, highest_above
+from forcemap.maps.slower_impacts import cover_slower
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
 EARLIER_MAP = "maps/earlier.json"

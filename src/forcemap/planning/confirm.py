@@ -19,18 +19,19 @@ from forcemap.campaigns.state import CONFIRMING, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.maps.above_bound import unit_of
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
 from forcemap.maps.force_map import NO_STATES, Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN, place_regression
 from forcemap.maps.regression import Regression
-from forcemap.maps.slower_impacts import unit_of
 from forcemap.planning.design import require_whole
 from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
 from forcemap.speeds.basis import of_quantity, unconfirmed
+from forcemap.speeds.quantities import named_by
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 
 IMPACTS = 6
@@ -469,7 +470,7 @@ def confirm_plan(
     upper = np.asarray(bound.upper(force_map, *states.T))
     if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
-    others = _named_by(limit, contact, bound, force_map)
+    others = _with_bound(named_by(force_map, limit, contact), bound)
     film = [Finding.of(FindingKind.CONFIRM_WITH_FILM) for other in others if other.quantity is Quantity.PRESSURE]
     doubts = _doubts(force_map, plan, states, upper, tolerance)
     asked = unconfirmed(released.basis.warnings)  # which is what the impacts are planned for
@@ -610,18 +611,13 @@ def _doubts(
             yield Finding.of(FindingKind.MEASURED_ABOVE_BOUND, state=plan.state_id[i].item(), **forces)
 
 
-def _named_by(
-    limit: ForceLimit | NewtonLimit | float, contact: Contact | None, bound: Bound, force_map: ForceMap
-) -> tuple[ForceMap, ...]:
-    """The maps of other quantities that a limit names and the bound holds for: what has none, the speeds say."""
-    held = contact is not None and Contact.parse(contact) is Contact.QUASI_STATIC
-    named = {Quantity.PRESSURE: isinstance(limit, ForceLimit), Quantity.CLAMPING_FORCE: held}
-    found = [other for other in force_map.others if named[other.quantity]]
-    for other in found[:]:
+def _with_bound(others: Sequence[ForceMap], bound: Bound) -> tuple[ForceMap, ...]:
+    """Those maps that can carry a bound: what has none, the speeds say."""
+    found = []
+    for other in others:
         with contextlib.suppress(BoundNotAvailable):
             bound.require(other)
-            continue
-        found.remove(other)
+            found.append(other)
     return tuple(found)
 
 

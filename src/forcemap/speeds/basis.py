@@ -35,19 +35,11 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.maps.above_bound import confirming_above, far_above, points_above, unit_of
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, untested_margin, weakness
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.maps.slower_impacts import (
-    confirming_above,
-    confirming_of,
-    cover_slower,
-    far_above,
-    points_above,
-    slower_impacts,
-    unit_of,
-    upper_of_slower,
-)
+from forcemap.maps.slower_impacts import cover_slower, slower_impacts, upper_of_slower
 from forcemap.speeds.allowance import Allowance
 
 _SCATTERED = 1.05
@@ -355,7 +347,7 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
 
 def confirming_states(force_map: ForceMap) -> States:
     """The states that were measured to confirm a map, and that it holds for."""
-    return confirming_of(force_map.tested)
+    return force_map.tested.select(force_map.tested.confirms)
 
 
 def _measured_above(

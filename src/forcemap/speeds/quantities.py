@@ -13,10 +13,11 @@ from forcemap.campaigns.dataset import Quantity
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import PASCALS
-from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit
+from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit, NewtonLimit
+from forcemap.maps.above_bound import confirming_above, far_above, points_above
 from forcemap.maps.bounds import Bound, contradiction, weakness
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.slower_impacts import confirming_above, cover_slower, far_above, points_above
+from forcemap.maps.slower_impacts import cover_slower
 from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes, of_quantity
 
 _OF_FORCE = (FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
@@ -51,7 +52,9 @@ def cases_of(force_map: ForceMap, limit: Any, *, bound: Bound, **stated: Any) ->
     """
     of_force = basis_of(force_map, limit, bound=bound, **stated)
     others = [
-        QuantityCase(each, basis) for each in force_map.others if (basis := _other_basis(force_map, each, of_force))
+        QuantityCase(each, basis)
+        for each in named_by(force_map, of_force.limit, of_force.contact)
+        if (basis := _other_basis(force_map, each, of_force))
     ]
     basis = together(of_force, force_map, others)
     return (
@@ -59,6 +62,16 @@ def cases_of(force_map: ForceMap, limit: Any, *, bound: Bound, **stated: Any) ->
         if basis.refusal or not basis.permitted
         else (QuantityCase(force_map, basis), *others)
     )
+
+
+def named_by(
+    force_map: ForceMap, limit: ForceLimit | NewtonLimit | float, contact: Contact | None
+) -> tuple[ForceMap, ...]:
+    """The maps of other quantities that a limit names, so that speeds rest on them, too: pressure one of a body area,
+    the clamping force a quasi-static one."""
+    held = contact is not None and Contact.parse(contact) is Contact.QUASI_STATIC
+    named = {Quantity.PRESSURE: isinstance(limit, ForceLimit), Quantity.CLAMPING_FORCE: held}
+    return tuple(other for other in force_map.others if named[other.quantity])
 
 
 def together(of_force: Basis, force_map: ForceMap, others: Iterable[QuantityCase]) -> Basis:
@@ -81,7 +94,7 @@ def together(of_force: Basis, force_map: ForceMap, others: Iterable[QuantityCase
 
 
 def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis | None:
-    """What a quantity's own speeds rest on; None if the limit does not name it.
+    """What the speeds of a quantity that the limit names rest on; None if the limit permits none anyway.
 
     What the binding, the device's spring and Phase II forbid, the force's basis says for all.
     """
@@ -89,11 +102,12 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
     limit, bound, states = of_force.limit, of_force.bound, len(other.require_fit().states)
     figures: dict[str, Any] = {"states": states, "without": other.without}
     if other.quantity is Quantity.PRESSURE:
-        if not isinstance(limit, ForceLimit) or not limit.permitted or of_force.contact is None:
+        assert isinstance(limit, ForceLimit)
+        if not limit.permitted or of_force.contact is None:
             return None
         newtons, note, raised = _pressure(force_map, other, limit, of_force, figures)
     else:
-        if of_force.contact is not Contact.QUASI_STATIC or not of_force.permitted:
+        if not of_force.permitted:
             return None
         newtons, raised = of_force.newtons, of_force.raised
         note = Finding.of(FindingKind.CLAMPING_FORCE_ASSESSED, limit=float(np.min(newtons)), **figures)

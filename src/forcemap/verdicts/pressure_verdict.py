@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from forcemap.campaigns.pressures import MeasuredPressure, least_force_share
+from forcemap.campaigns.pressures import MeasuredPressure
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.impact import Impact
 from forcemap.impacts.scenario import BARRING
@@ -75,7 +75,7 @@ def check_pressure(
     least, most = measured.pressure / (1 + error), measured.pressure * (1 + error)
     saturated = measured.above_range or not measured.pressure < film.range  # a range that is not stated tells nothing
     force = max((impact.peak_force for impact in known), default=0.0)
-    too_little = measured.too_little_for(force, least=least_force_share(film))
+    too_little = measured.too_little_for(force, film)
     if least > allowed:
         outcome = VerdictOutcome.EXCEEDED
     else:

@@ -12,7 +12,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo, Quantity
+from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
@@ -34,6 +34,7 @@ from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
 from forcemap.speeds.basis import Basis, against_bound, doubts_of_fit, limit_basis, of_quantity
 from forcemap.speeds.enclosures import Patches, enclose
+from forcemap.speeds.quantities import named_by
 from forcemap.speeds.safe_speed import safe_speed
 
 SPEEDS = (0.05, 0.40)
@@ -258,7 +259,7 @@ def next_measurements(
         seed=seed,
     )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
-    others = _named_others(force_map, limit, usable.contact)
+    others = named_by(force_map, limit, usable.contact) if force_map else ()
     choice = _choice(aim, force_map, no_bound, expected_force, others)
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
     by_force = [Finding.of(FindingKind.PLANNED_BY_FORCE, quantities=tuple(each.quantity.words for each in others))]
@@ -304,18 +305,6 @@ def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequen
         reach = conditions.reach
         kept.append(Finding.of(FindingKind.PLACES_AS_PLANNED, reach_m=reach))
     return speeds, reach, tuple(kept)
-
-
-def _named_others(
-    force_map: ForceMap | None, limit: ForceLimit | NewtonLimit | float, contact: Contact | None
-) -> tuple[ForceMap, ...]:
-    """The maps of other quantities that speeds rest on, too, though states are chosen, and places counted, by the force
-    alone."""
-    named = {
-        Quantity.PRESSURE: isinstance(limit, ForceLimit),
-        Quantity.CLAMPING_FORCE: contact is Contact.QUASI_STATIC,
-    }
-    return tuple(each for each in (force_map.others if force_map else ()) if named[each.quantity])
 
 
 def _said_of(others: Sequence[ForceMap], bound: Bound) -> list[Finding]:
