@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import csv
 import dataclasses
 import fcntl
 import gc
@@ -36,6 +37,23 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("forcemap")
+
+
+def other_impacts(folder):
+    """Make a copied campaign one of other impacts, without their register: an atlas takes no impact twice."""
+    (folder / "recordings.csv").unlink(missing_ok=True)
+    rng = np.random.default_rng(1)
+    with (folder / "impacts.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        factor = float(np.exp(rng.normal(0, 0.01)))
+        for name in ("peak_force_N", "raw_peak_N"):
+            if row.get(name):
+                row[name] = f"{factor * float(row[name]):.2f}"
+    with (folder / "impacts.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 LONGEST = (

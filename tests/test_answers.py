@@ -192,7 +192,10 @@ def test_no_command_of_these_has_more_than_15_options():
     [
         (("--area", "140", "--contact", "transient"), "newtons are --limit-N"),
         (("--limit-N", "palm"), "found palm, expected newtons"),
-        (("--area", "palm", "--region", "chest", "--contact", "transient"), "expected one of --area or --limit-N"),
+        (
+            ("--area", "palm", "--region", "chest", "--contact", "transient"),
+            "found --area palm and chest",
+        ),
         (("--area", "palm", "--limit-N", "140", "--contact", "transient"), "expected one of --area or --limit-N"),
         (("--limit-table", "palm", "--contact", "transient"), "expected .csv"),
         (("--limit-N", "200", "--bound", "tolerance:0.9"), "expected two figures"),

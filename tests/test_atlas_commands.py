@@ -86,6 +86,32 @@ def test_a_campaign_is_simulated_in_its_direction(cell):
     assert fm.read_dataset(cell / "in").conditions.direction == "in"
 
 
+@pytest.mark.parametrize("saved", ["rounded", "rounded to 1 N", "map file", "the file itself"])
+def test_the_same_impacts_are_of_one_map_however_they_were_saved(own, tmp_path, saved):
+    """A copy of a campaign with another direction: its files were saved anew, or are the campaign's own, or a map's."""
+    fm.read_atlas(own)
+    copy = own / "up"
+    if saved == "map file":
+        fm.write_map(fm.fit_force_map(fm.read_dataset(own / "down")), own / "down.json")
+        (own / "atlas.toml").write_text('schema = "forcemap-atlas/1"\nmaps = ["down.json", "up"]\n')
+    toml = (copy / "campaign.toml").read_text()
+    shutil.rmtree(copy)
+    shutil.copytree(own / "down", copy)
+    (copy / "campaign.toml").write_text(toml)
+    digits = {"rounded": 1, "rounded to 1 N": 0}.get(saved)
+    for file in (copy / "recordings").glob("*.csv") if digits is not None else ():
+        lines = file.read_text().split("\n")
+        first = next(i for i, line in enumerate(lines) if line[:1].isdigit())
+        cells = [line.split(",") for line in lines[first:] if line]
+        rounded = [f"{each[0]},{float(each[1]):.{digits}f}" for each in cells]
+        file.write_text("\r\n".join([*lines[:first], *rounded, ""]))
+    (copy / "recordings.csv").unlink()
+    fm.build_dataset(fm.read_campaign(copy))
+    said = "recordings of down are those of up" if saved == "the file itself" else "states of down.* have the forces of"
+    with pytest.raises(fm.InputError, match=said):
+        fm.read_atlas(own)
+
+
 def test_simulate_takes_the_direction_of_campaign_toml(forcemap, tmp_path):
     folder = tmp_path / "plan"
     folder.mkdir()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import shutil
@@ -146,6 +147,30 @@ class TestCollect:
         assert "27 recordings: 27 used, in 27 states" in out
         assert "Every planned run is there" in out
         assert "Transient limit: may be used" in out
+
+    @pytest.mark.parametrize("entered", [False, True])
+    def test_speeds_that_are_said_to_be_measured_and_were_not_entered_count_as_commanded(
+        self, forcemap, tmp_path, entered
+    ):
+        """The planned ones are used, so nothing tells how far off they are."""
+        toml = STATED.replace("[contact]\n", '[contact]\nspeed = "measured"\n')
+        assert "measured" in toml
+        folder = write_campaign(tmp_path / "campaign", toml=toml, repeats=2)
+        out = " ".join(forcemap("collect", folder)[1].split())
+        if entered:
+            register = folder / "recordings.csv"
+            rows = list(csv.DictReader(register.read_text().splitlines()))
+            for row in rows:
+                row["speed_mps"] = f"{float(row['state_id'].split('-v')[1]) / 1000:.3f}"
+            with register.open("w", newline="") as file:
+                writer = csv.DictWriter(file, rows[0])
+                writer.writeheader()
+                writer.writerows(rows)
+            out = " ".join(forcemap("collect", folder)[1].split())
+        assert ("SPEEDS NOT ENTERED: contact.speed says measured" in out) is not entered
+        case = ("--distance", 0.7, "--height", 0.3, "--limit-N", 200, "--contact", "quasi-static")
+        said = " ".join(forcemap("speed", folder, *case)[1].split())
+        assert ("! SPEED COMMANDED, error not stated" in said) is not entered
 
     def test_what_bars_every_speed_comes_before_the_next_step(self, forcemap, tmp_path):
         folder = write_campaign(tmp_path / "campaign", toml=STATED)

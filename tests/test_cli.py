@@ -308,6 +308,22 @@ def test_an_export_says_that_it_takes_the_place_of_an_earlier_one(forcemap, tmp_
         assert (code, " ".join(out.split()).count(instead)) == (0, earlier)
 
 
+def test_a_map_of_other_impacts_is_held_first_against_the_states_inside_its_range(
+    ask, forcemap, example_folders, tmp_path
+):
+    """Beyond it the map is continued, and its errors there say nothing of what it permits."""
+    rows = list(csv.DictReader((example_folders["ur10e"] / "impacts.csv").read_text().splitlines()))
+    for row in rows[::3]:
+        row["state_id"], row["distance_m"] = f"far-{row['state_id']}", str(float(row["distance_m"]) + 0.5)
+    (tmp_path / "far.csv").write_text("\n".join([",".join(rows[0]), *(",".join(row.values()) for row in rows)]) + "\n")
+    inside, every = ask("evaluate", tmp_path / "far.csv", "--map", "ur10e")[1]["accuracies"]
+    assert (inside["on"], every["on"]) == ("states inside the measured range", "all states")
+    assert 6 <= inside["states"] < every["states"]
+    assert inside["max_overestimation_percent"] < every["max_overestimation_percent"] or (
+        inside["max_underestimation_percent"] < every["max_underestimation_percent"]
+    )
+
+
 def test_evaluate_counts_the_states_above_the_bound(ask, forcemap, example_folders, tmp_path):
     """Those that a map was not fitted to; the map of another robot is exceeded at many."""
     rows = list(csv.DictReader((example_folders["ur10e"] / "impacts.csv").read_text().splitlines()))
@@ -402,7 +418,7 @@ def test_compare(ask, forcemap, example_folders, tmp_path, examples):
     assert set(doubts) <= {line[4:] for line in unwrapped_lines(permitted)}
     assert len(doubts) == len(found["warnings"]) > 0
     assert first.startswith(f"The map beside the standard: transient, {of_map['limit_N']:g} N: permits more than ")
-    assert f" at {of_map['places_with_more']} of {of_map['places']} measured places (" in first
+    assert f" at {of_map['places_with_more']} of {of_map['places']} measured places, less at " in first
     assert of_map["places_with_more"] + of_map["places_with_less"] == of_map["confirmed_places"]
     assert (of_map["places_with_more"] > 0) == (of_map["highest_speed_mps"] > standard["highest_speed_mps"])
     assert standard["places_with_more"] is None
@@ -990,14 +1006,14 @@ def test_forces_that_share_the_largest_value_are_pointed_out(ask, forcemap, exam
 
 def test_the_table_of_what_censored_impacts_change_stands_before_the_coefficients(forcemap, example_folders):
     out = forcemap("fit", example_folders["ur10e"])[1]
-    assert "27 states, 81 impacts, 3 of them above the device range (counted as at least that force)" in out
+    assert "27 states, 81 impacts, 3 of them saturated (counted as at least that force)" in out
     before, _ = out.split("ln F = sum")
     assert "the wider bound comes from the 1 added state" in before
     rows = {line.split("  ")[0]: line.split()[-1] for line in before.splitlines() if line}
     assert (rows["states"], rows["impacts"]) == ("26", "78")
     out = forcemap("fit", example_folders["ur10e"], "--discard-censored")[1]
-    assert "26 states, 81 impacts, 3 of them above the device range (not in the fit)" in out
-    assert "1 state left out, with impacts above the device range alone" in out
+    assert "26 states, 81 impacts, 3 of them saturated (not in the fit)" in out
+    assert "1 state left out, with saturated impacts alone" in out
 
 
 def test_select_says_that_it_needs_a_full_grid_and_concludes_on_one(forcemap, paper_grids, tmp_path):
@@ -1041,8 +1057,8 @@ def test_maps_that_are_compared_are_told_apart(ask, forcemap, example_folders, t
     forcemap("fit", example_folders["ur10e"], "--discard-censored", "-o", other)
     out = unwrapped(forcemap("compare", one, other)[1])
     for path, words in (
-        (one, "27 states, 3 impacts above the device range count as at least that force"),
-        (other, "26 states, 3 impacts above the device range discarded"),
+        (one, "27 states, 3 saturated impacts count as at least the force that they reached"),
+        (other, "26 states, 3 saturated impacts discarded"),
     ):
         sha256 = fm.map_sha256(fm.read_map(path))[:8]
         assert f"{path}: CFM_3D fitted to impacts.csv, {words}, SHA-256 {sha256}" in out

@@ -99,6 +99,32 @@ def test_without_test_states_each_is_left_out_in_turn(campaign):
     assert comparison.allowed == ()
 
 
+def test_impacts_that_are_to_confirm_the_map_are_among_all_states_alone(campaign):
+    """Made at its permitted speeds they flatter every model; other test states are what a comparison is on."""
+    table = campaign.dataset.select(campaign.dataset.role == "train")
+    tests = campaign.dataset.select(campaign.dataset.role == "test")
+    columns = {
+        name: np.concatenate([getattr(table, name), getattr(tests, name)])
+        for name in ("distance", "height", "speed", "peak_force", "censored", "repeat", "role")
+    }
+    named = [*table.state.tolist(), *(f"c-{name}" for name in tests.state.tolist())]
+    both = fm.ImpactDataset.from_arrays(**columns, state=named, conditions=table.conditions)
+    alone, with_them = (fm.compare_force_models(each, **HAND) for each in (table, both))
+    for before, after in zip(alone.models, with_them.models, strict=True):
+        assert after.accuracy.on == "leave-one-state-out"
+        if after.model != "CFM_2D per height":  # which is fitted to all states
+            assert after.accuracy == before.accuracy
+        assert after.on_all.states > before.on_all.states
+
+
+def test_a_contact_without_a_speed_is_not_said_to_be_unconfirmed(campaign):
+    limits = fm.force_limit("back_of_hand")
+    found = fm.compare_force_models(campaign.dataset, **HAND, limit=limits)
+    for row in (row for row in found.allowed if row.model == "CFM_3D"):
+        unconfirmed = [each for each in row.warnings if each.kind in ("not_confirmed", "not_confirmed_yet")]
+        assert bool(unconfirmed) is (row.confirmed > 0), row.contact
+
+
 def test_what_each_allows(comparison):
     rows = {(row.model, row.limit): row for row in comparison.allowed}
     assert rows["contact model", 140.0].lowest == pytest.approx(0.1320, abs=5e-5)
@@ -186,7 +212,7 @@ def test_places_without_a_speed_have_their_reason_beside_those_with_one(alone, a
     assert 0 < of_map["confirmed_places"] < of_map["places"] == 20
     text = " ".join(forcemap(*command)[1].split())
     without = 20 - of_map["confirmed_places"]
-    assert f"CFM_3D at 280 N: {without} of 20 places have no speed (most of them): the place lies outside" in text
+    assert f"at 280 N: {without} of 20 places have no speed, most of them for this: the place lies outside" in text
     assert "of 15 states" in text
 
 

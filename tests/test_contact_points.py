@@ -388,6 +388,22 @@ def test_a_file_that_cannot_be_read_forbids_the_point(cell, judge):
     assert "points/P1-4.csv: row " in said(result)
 
 
+@pytest.mark.parametrize(
+    ("share", "mass", "refused"),
+    [(1.0, 30.0, False), (0.1, 30.0, True), (0.22, 30.0, True), (0.45, 30.0, False), (0.1, None, False)],
+)
+def test_files_of_a_point_in_another_unit_are_within_no_limit(tmp_path, share, mass, refused):
+    """daN or pounds read as newtons: far below v sqrt(k m_R) at any place; without a moving mass nothing tells."""
+    stated = f"moving_mass_kg = {mass}\n" if mass else ""
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML + SITE.replace("[robot]\n", f"[robot]\n{stated}"))
+    collect(folder)
+    of_point(folder, [share * peak for peak in (250, 260, 255)])
+    write_list(folder, {**POINT, **PLACE, **OWN})
+    (result,) = fm.assess_campaign(folder).points
+    assert (result.outcome is PointOutcome.NOT_PERMITTED) is refused, said(result)
+    assert ("UNITS: the force is" in said(result)) is refused
+
+
 def test_a_soft_spring_confirms_no_point(tmp_path):
     folder = write_campaign(tmp_path / "soft", repeats=3, toml=TOML.replace("75000", "40000") + SITE)
     collect(folder)
@@ -909,6 +925,16 @@ def test_impacts_at_a_point_whose_site_is_misspelt_count_for_no_map_and_are_said
     others = [each for each in notes if f"held against no map here: {site} (3 up to 300 N)" in each]
     assert len(others) == (site != "Flange")
     assert all("up to 300 N, 3 of them at contact points" in each for each in told)
+
+
+@pytest.mark.parametrize(("stated", "told"), [({}, False), ({"distance_m": ""}, True), ({"height_m": ""}, True)])
+def test_impacts_at_a_point_that_states_no_place_are_said_first(exceeding, stated, told):
+    """Of the map's contact site they may be anywhere in its range, where they would speak against it."""
+    write_list(exceeding, {**COUNTED, **stated, "rests_on": "measurements"})
+    force_map = fm.fit_force_map(fm.read_dataset(exceeding))
+    case = {"limit": fm.force_limit("back_of_hand"), "bound": fm.ToleranceBound(), "contact": fm.Contact.TRANSIENT}
+    said = [fm.sentence(each) for each in fm.safe_speed(force_map, 0.6, 0.25, **case).basis.warnings]
+    assert any(each.startswith("IMPACTS LEFT OUT") and "up to 300 N" in each for each in said) is told
 
 
 def test_it_counts_in_a_map_file_and_not_once_a_person_took_it_out(exceeding, tmp_path):

@@ -54,6 +54,8 @@ def test_one_state_in_many_above_the_bound_is_what_the_bound_allows():
     assert answer.outcome.has_speed
 
 
-def test_a_margin_makes_no_such_promise():
-    answer = fm.safe_speed(campaign(1.5), 0.71, 0.30, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin(0.1))
-    assert answer.outcome.has_speed
+def test_a_margin_makes_no_such_promise_and_covers_what_it_is_as_wide_as():
+    """States above it that no scatter explains end every speed of it, too."""
+    for margin, has_speed in ((0.1, False), (0.8, True)):
+        case = {"limit": 280.0, "contact": QUASI_STATIC, "bound": fm.FixedMargin(margin)}
+        assert fm.safe_speed(campaign(1.5), 0.78, 0.38, **case).outcome.has_speed is has_speed

@@ -302,6 +302,16 @@ def test_a_last_map_that_does_not_hold_fails_until_a_person_acts(north, ask):
             assert row["failed"].startswith("the last map does not hold: ")
 
 
+def test_a_campaign_whose_impacts_contradict_its_own_map_fails_and_its_map_is_not_kept(north, ask):
+    before = (north / "fleet-map.json").read_bytes()
+    with (north / "plan.csv").open("a") as plan:
+        plan.write("x0-r1,x0,1,test,0.70,0.30,0.20,,\n")
+    measure(north, factor=1.6, seed=3)
+    row = fleet(ask, [north])["north"]
+    assert row["failed"].startswith("no speed: THE MAP DOES NOT HOLD WHERE IT WAS MEASURED: x0; highest ")
+    assert (north / "fleet-map.json").read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("day", "expected"),
     [

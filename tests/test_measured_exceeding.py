@@ -14,7 +14,7 @@ GRID = full_grid("ur10e")
 HAND = fm.force_limit("back_of_hand")
 CASE = {"limit": HAND, "contact": fm.Contact.TRANSIENT, "bound": fm.ToleranceBound()}
 PLACE = (0.81, 0.41)
-FILM = Film(range=900.0, error=0.05, mean_over=1.0)
+FILM = Film(range=900.0, error=0.01, mean_over=1.0)
 
 
 def impacts(*tests, pressures=(), name=""):
@@ -57,7 +57,7 @@ def said(speed):
 @pytest.mark.parametrize("name", ["", "c-"])
 @pytest.mark.parametrize(
     ("factor", "force", "noticed"),
-    [(0.72, 290.0, True), (0.75, 281.0, True), (1.02, 300.0, False), (0.7, 279.0, False)],
+    [(0.72, 290.0, True), (0.75, 281.0, True), (1.02, 288.0, False), (0.7, 200.0, False)],
 )
 def test_an_impact_above_the_limit_at_a_permitted_speed_is_said_first_and_nothing_is_exported(
     sound, factor, force, noticed, name
@@ -138,7 +138,7 @@ def test_an_impact_that_was_to_confirm_the_map_and_lies_above_its_bound(sound):
 def test_a_larger_margin_permits_less_and_is_released(sound):
     """As for a robot's table, whose motions are off the map's direction; else measure more."""
     _, there = sound
-    dataset = impacts((*PLACE, 0.99 * there.speed, 290.0))
+    dataset = impacts((*PLACE, 0.99 * there.speed, 285.0))
     force_map = fm.fit_force_map(dataset)
     wide = fm.safe_speed(force_map, *PLACE, **CASE | {"bound": fm.FixedMargin(0.2)})
     assert wide.basis.export_refusal is None
@@ -148,14 +148,22 @@ def test_a_larger_margin_permits_less_and_is_released(sound):
 
 
 def test_it_holds_for_pressures_alike():
-    """380 N/cm^2 transient; a film's error of 5 % raises the bound."""
-    force_map = fm.fit_force_map(impacts((0.66, 0.31, 0.22, 200.0), pressures=(390.0,)))
-    assert force_map.other(Quantity.PRESSURE) is not None
-    speed = fm.safe_speed(force_map, 0.8, 0.4, **CASE)
-    assert "peak pressure" in said(speed)[0]
-    assert "390.0 N/cm^2 at d = 0.66 m, h = 0.31 m and 0.22 m/s, limit 380 N/cm^2" in said(speed)[0]
-    with pytest.raises(fm.NotReleasable, match="t0"):
-        fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
+    """380 N/cm^2 transient; a film's error of 1 % raises the bound."""
+    speeds = np.linspace(0.2, 0.4, 201)
+    alone = fm.fit_force_map(impacts((*PLACE, 0.3, 1.0), pressures=(1.0,))).other(Quantity.PRESSURE)
+    upper = fm.ToleranceBound().upper(alone, 0.56, 0.2, speeds) * (1 + FILM.error)
+    near = round(float(np.interp(380.0, upper, speeds)), 4)
+    for where, why in [((0.56, 0.2, near - 0.001), "LIMIT AT A SPEED"), ((0.66, 0.31, 0.22), "DOES NOT HOLD WHERE")]:
+        force = float(printed_force("ur10e", *where))
+        force_map = fm.fit_force_map(impacts((*where, force), pressures=(381.0,)))
+        first = said(fm.safe_speed(force_map, 0.8, 0.4, **CASE))[0]
+        assert "peak pressure" in first
+        assert why in first
+        assert f"381.0 N/cm^2 at d = {where[0]} m, h = {where[1]} m and {where[2]:.3g} m/s" in first
+        assert ("limit 380 N/cm^2" in first) is (why == "LIMIT AT A SPEED")
+        export = {"limits": [(HAND, fm.Contact.TRANSIENT)], "bound": fm.ToleranceBound(), "size": 0.1, "angle": 0.0}
+        with pytest.raises(fm.NotReleasable, match="t0"):
+            fm.robot_table(force_map, **export)
 
 
 def test_a_report_of_such_a_map_permits_nothing(tmp_path):
@@ -238,6 +246,37 @@ def test_one_impact_far_above_all_others_of_its_state_ends_every_speed(censored,
             fm.robot_table(each, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound())
     excluded = dataset.select(dataset.peak_force < 0.9 * dataset.peak_force.max())
     assert fm.safe_speed(fm.fit_force_map(excluded), 0.7, 0.3, **CASE).outcome in ("admissible", "capped")
+
+
+def test_a_test_state_far_above_the_map_ends_every_speed(tmp_path):
+    """One alone, far below the limit: counted it is no contradiction, but chance does not explain it."""
+    high = 1.4 * float(printed_force("ur10e", *PLACE, 0.3))
+    force_map = fm.fit_force_map(impacts((*PLACE, 0.3, high)))
+    fm.write_map(force_map, tmp_path / "map.json")
+    for each in (force_map, fm.read_map(tmp_path / "map.json")):
+        answer = fm.safe_speed(each, 0.7, 0.3, limit=high + 200.0, contact="quasi-static", bound=fm.ToleranceBound())
+        line = fm.sentence(answer.reason)
+        assert answer.outcome == "unconfirmed"
+        assert line.startswith(f"THE MAP DOES NOT HOLD WHERE IT WAS MEASURED: t0; highest {high:.1f} N at d = 0.81 m")
+        assert answer.basis.export_refusal is not None
+    sound = fm.fit_force_map(impacts((*PLACE, 0.3, high / 1.4)))
+    assert fm.safe_speed(sound, 0.7, 0.3, **CASE).outcome in ("admissible", "capped")
+
+
+@pytest.mark.parametrize(
+    ("place", "speaks"),
+    [((0.8905, 0.30, 0.30), True), ((0.905, 0.30, 0.30), True), ((0.86, 0.465, 0.30), True),
+     ((0.905, 0.125, 0.30), False), ((0.903, 0.127, 0.30), True),
+     ((0.80, 0.30, 0.402), True), ((0.93, 0.30, 0.30), False), ((0.80, 0.30, 0.43), False)],
+)  # fmt: skip
+@pytest.mark.parametrize("name", ["", "c-"])
+def test_an_impact_beside_the_measured_range_speaks_against_its_edge(place, speaks, name):
+    """As far as a place is wide, and repeats differ in speed; farther out the map claims nothing."""
+    high = 1.6 * float(printed_force("ur10e", *place))
+    _, answer = of((*place, high), name=name)
+    kinds = ("far_above_bound", "confirming_above_bound", "exceeded_where_permitted")
+    refused = any(each.kind in kinds for each in answer.basis.refusals)
+    assert refused is (speaks or (name == "c-" and place[2] > 0.41))  # one that was to confirm counts at any speed
 
 
 @pytest.mark.parametrize("sd", [0.022, 0.06])

@@ -48,6 +48,32 @@ def test_property_speeds_agree_with_linear_programming(seed, n, kind):
             np.testing.assert_allclose((low[i], high[i]), expected, atol=2e-7)
 
 
+@settings(max_examples=COSTLY)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["few", "many", "one height", "one place"]))
+def test_property_beside_the_range_the_nearest_place_of_it_counts(seed, kind):
+    """By linear programming: the polygon of the places is where there is a speed, and no nearer place is in it."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform([0.5, 0.1, 0.1], [0.9, 0.5, 0.4], ({"many": 90, "one place": 3}.get(kind, 20), 3))
+    if kind in ("one height", "one place"):
+        points[:, 1] = 0.3
+    if kind == "one place":
+        points[:, 0] = 0.7
+    measured = MeasuredRange(points)
+    corner = points[rng.integers(len(points)), :2]
+    place = corner + rng.normal(0, 0.03, 2)
+    if np.isfinite(measured.speeds(*place[:, None])[0][0]):
+        return
+    shares = np.linspace(0, 1, 2001)[:, None, None]
+    ends = points[np.stack(np.triu_indices(len(points)), axis=-1), :2][:400]
+    lines = ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
+    away = np.sqrt(np.square(lines - place).sum(axis=-1).min())
+    for reach in (0.98 * away - 1e-4, 1.02 * away + 1e-4):
+        low, high = measured.speeds_near(*place[:, None], reach)
+        if reach > away or len(ends) < 400:
+            assert np.isfinite(low[0]) == (reach > away)
+        assert not low[0] > high[0]
+
+
 @pytest.mark.parametrize("place", [(0.52, 0.14), (0.7, 0.3), (0.89, 0.46), (0.6, 0.2)])
 def test_a_full_factorial_plan_gives_the_product_of_ranges_exactly(place):
     low, high = MeasuredRange(training_grid("ur10e")).speeds(*np.array([place]).T)

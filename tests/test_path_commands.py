@@ -111,7 +111,7 @@ def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
     assert found["timed"] is True
     assert run(["path", "ur10e", "timed.csv", *HAND]) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert "as programmed: by the file's times; the other rows at most 1 m/s^2, state yours (--acceleration-mps2" in out
+    assert "by the file's times; the other rows at most 1 m/s^2, state yours (acceleration_mps2 in the task" in out
     rows = "".join(f"{t / 50:.3f},0.8,0,{0.44 - 0.2 * t / 50:.6f}\n" for t in range(21))
     (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}")
     assert result(capsys, "path", "ur10e", "timed.csv", *HAND)["too_fast"] is False
@@ -686,7 +686,7 @@ def test_a_scaling_file_is_a_path_at_its_commanded_speeds(capsys):
         before = fm.read_path(path)
         if path == "tilted.csv":
             assert {row["commanded_speed_mps"] for row in rows} >= {"0.000"}
-            with pytest.raises(fm.InputError, match=r"'0\.000', expected a positive number.*without permission"):
+            with pytest.raises(fm.InputError, match=r"'0\.000', expected a positive number.*no permission"):
                 fm.read_path("s.csv")
             continue
         again = fm.read_path("s.csv")

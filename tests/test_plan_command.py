@@ -574,6 +574,7 @@ def test_the_confirmation_of_a_map_is_shown_and_written_nowhere(ask, forcemap, t
         ("plan", (), "expected --distances-m, --heights-m and --speeds-mps"),
         ("next", CELL, "limit: expected one of --area or --limit-N"),
         ("next", (*CELL, "--area", "back_of_hand", "--limit-N", 140), "limit: expected one of"),
+        ("next", (*CELL, "--area", "chest", "--area", "skull"), "found --area chest and skull, expected one"),
         ("next", (*CELL, "--limit-N", 140, "--limit-table", "t.csv"), "--limit-table goes with --area, not"),
         ("next", (*CELL, "--area", "back_of_hand"), "expected --contact"),
         ("next", (*RANGES, "--limit-N", 140, "--device-range-N", 500), "state the robot's moving mass"),

@@ -58,7 +58,14 @@ def test_a_log_without_times_or_of_a_known_rate(tmp_path):
 
 def test_a_column_names_the_segments(tmp_path):
     (tmp_path / "log.csv").write_text("X,Y,Z,step\n800,0,440,down\n800,0,400,up\n800,0,440,up\n")
-    assert fm.read_path(tmp_path / "log.csv", columns=XYZ | {"segment": "step"}).names == ("down", "up")
+    columns = XYZ | {"segment": "step"}
+    assert fm.read_path(tmp_path / "log.csv", columns=columns).names == ("down", "up")
+    text = (tmp_path / "log.csv").read_text()
+    (tmp_path / "log.csv").write_text(f"{text.removesuffix(',up' + chr(10))},\n")
+    assert fm.read_path(tmp_path / "log.csv", columns=columns).names == ("down", "up")  # at the last row none begins
+    (tmp_path / "log.csv").write_text(text.replace("up", "", 1))
+    with pytest.raises(fm.ForcemapError, match="expected that of the segment whose motion begins at this row"):
+        fm.read_path(tmp_path / "log.csv", columns=columns)
 
 
 ROWS = "t,X,Y,Z\n0,800,0,440\n100,800,0,420\n"

@@ -387,6 +387,16 @@ def test_commands_say_which_quantity_governs(command, campaign, tmp_path):
     assert any(row["governed_by"] for row in rows)
 
 
+def test_chances_to_confirm_are_said_to_be_of_the_force_alone_where_others_count(command, campaign, tmp_path):
+    folder = shutil.copytree(campaign, tmp_path / "campaign")
+    chances = "These are chances of the force alone: {} may miss its bound, too"
+    _, words, _ = command("confirm", folder, *CASE)
+    both = (Quantity.PRESSURE, Quantity.CLAMPING_FORCE)
+    assert all(chances.format(each.words) in " ".join(words.split()) for each in both)
+    _, words, _ = command("confirm", folder, "--limit-N", 140, "--contact", "quasi-static")
+    assert chances.format(Quantity.PRESSURE.words) not in " ".join(words.split())
+
+
 def test_the_report_says_that_pressure_was_held_against_its_map(command, campaign, tmp_path):
     folder = shutil.copytree(campaign, tmp_path / "campaign")
     code, _, _ = command("report", folder, "--area", "back_of_hand")

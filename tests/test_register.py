@@ -508,6 +508,80 @@ def test_a_release_of_a_point_says_first_that_it_is_held_and_what_it_holds_for(b
     assert page.index('</h3> <p class="refused"><strong>TRANSIENT LIMIT FOR A BODY PART THAT CANNOT GIVE WAY') > 0
 
 
+def collected_on_measurements(folder):
+    """Collect a campaign whose only contact point rests on three impacts of its own."""
+    (folder / "points").mkdir()
+    for repeat in range(3):
+        save(folder / "points" / f"P1-{repeat}.csv", *pulse(100.0 + repeat, rate=1000.0, seed=70 + repeat))
+    header, first, _ = (folder / "contact_points.csv").read_text().splitlines()
+    rests = first.replace(",map,", ",measurements,") + ",points/P1-*,0.2"
+    (folder / "contact_points.csv").write_text(f"{header},recordings,recorded_at_mps\n{rests}\n")
+    fm.build_dataset(fm.read_campaign(folder))
+
+
+def test_a_release_of_a_point_that_rests_on_measurements_has_the_campaigns_doubts(
+    blank, measured, ask, forcemap, tmp_path
+):
+    """That nothing tells how far off the commanded speeds are holds for its impacts as for those of a map."""
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    folder = Path(shutil.copytree(measured, tmp_path / "west"))
+    edit(folder / "campaign.toml", 'speed = "measured"', 'speed = "commanded"')
+    (folder / "recordings.csv").unlink()
+    collected_on_measurements(folder)
+    assert forcemap("report", folder, "--area", "chest")[0] == 0
+    ask("register", "enter", folder, "--register", where)
+    code, found = ask(
+        "register", "release", "cell-1", folder, "--point", "P1", "--valid-until", UNTIL, "--register", where
+    )
+    assert code == 0, found
+    (kept,) = ask("register", "state", "cell-1", "--register", where)[1]["releases"]
+    assert kept["speeds"]["outcome"] == "confirmed"
+    assert any(line.startswith("SPEED COMMANDED, error not stated") for line in kept["speeds"]["warnings"])
+
+
+@pytest.mark.parametrize("first", ["of the cell", "of no cell"])
+def test_the_same_recordings_under_another_day_and_firmware_are_said_first(
+    blank, measured, ask, forcemap, tmp_path, first
+):
+    """A recording was made once; that the cell changed since it was made is not undone by a stated day."""
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    earlier, toml = Path(shutil.copytree(measured, tmp_path / "earlier")), (measured / "campaign.toml").read_text()
+    if first == "of no cell":
+        (earlier / "campaign.toml").write_text(re.sub(r"(?m)^(site|cell) = .*\n", "", toml))
+    assert ask("register", "enter", earlier, "--register", where)[0] == 0
+    folder = Path(shutil.copytree(measured, tmp_path / "again"))
+    stated = (folder / "campaign.toml").read_text()
+    day = fm.read_conditions(folder / "campaign.toml").date
+    (folder / "campaign.toml").write_text(stated.replace(day, "2026-02-20"))
+    for name in ("recordings.csv", "impacts.csv", "report.html"):
+        (folder / name).unlink()
+    assert forcemap("collect", folder)[0] == 0
+    assert forcemap("report", folder, "--area", "chest")[0] == 0
+    assert ask("register", "enter", folder, "--register", where)[0] == 0
+    case = ("--area", "chest", "--contact", "transient", "--valid-until", UNTIL, "--register", where)
+    code, found = ask("register", "release", "cell-1", folder, *case)
+    assert code == 0, found
+    newest = ask("register", "state", "cell-1", "--register", where)[1]["releases"][0]
+    first = next(line for line in newest["speeds"]["warnings"] if line.startswith("THE SAME RECORDINGS WERE ENTERED"))
+    assert f"date was {day}, now 2026-02-20" in first
+
+
+def test_no_point_is_released_without_the_table_that_its_campaign_had(blank, measured, ask, forcemap, tmp_path):
+    """Its doubts, and what speaks against its impacts, would be gone with impacts.csv."""
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    folder = Path(shutil.copytree(measured, tmp_path / "west"))
+    collected_on_measurements(folder)
+    (folder / "impacts.csv").unlink()
+    (folder / "report.html").unlink()
+    forcemap("report", folder, "--area", "chest")
+    ask("register", "enter", folder, "--register", where)
+    code, found = ask(
+        "register", "release", "cell-1", folder, "--point", "P1", "--valid-until", UNTIL, "--register", where
+    )
+    assert code == 1 or code == 2
+    assert "there is no impacts.csv" in found["error"]["message"]
+
+
 REFUSALS = {
     "the report is gone": (lambda f: (f / "report.html").unlink(), (), "forcemap report writes it"),
     "the report is of something else": (
@@ -559,8 +633,12 @@ def test_what_may_not_be_released_is_refused(case, blank, measured, tmp_path, as
 EDITS = {
     "not calibrated then": ('calibrated = "2026-01-05"', 'calibrated = "2024-01-05"', "held"),
     "calibration not stated": ('calibrated = "2026-01-05"', "", "is not known"),
-    "no checksum": ('safety_checksum = "A1B2"', "", "safety_checksum is not known"),
-    "no serial number of the device": ('device_serial_number = "D1"', "", "device is not known"),
+    "no checksum": ('safety_checksum = "A1B2"', "", "is not known: safety_checksum (protocol.safety_checksum)"),
+    "no serial number of the device": (
+        'device_serial_number = "D1"',
+        "",
+        "is not known: device (device.model, protocol.device_serial_number)",
+    ),
     "another firmware after it was measured": ('firmware = "5.11"', 'firmware = "5.12"', "nothing is exported"),
     "a softer spring after it was measured": (
         "stiffness_N_per_m = 75000.0",

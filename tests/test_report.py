@@ -214,7 +214,9 @@ def test_the_lowest_and_the_highest_speed_hold_where_they_are_said_to(reports):
     at = fm.safe_speed(fm.fit_force_map(fm.read_dataset(folder)), *np.transpose(places), **case)
     np.testing.assert_allclose(at.speed_to_program, [found.slowest_to_program, found.fastest_to_program], rtol=1e-9)
     assert ("but not at each place (section 9)" in text) == assessment.force_map.form_test.misses
-    (low, high), speeds = places, [fm.floor_speed(speed) for speed in at.speed_to_program]
+    (low, high), speeds = map(found.printed, places), [fm.floor_speed(speed) for speed in at.speed_to_program]
+    for place in (found.printed(found.slowest_place), found.printed(found.fastest_place)):
+        assert fm.safe_speed(fm.fit_force_map(fm.read_dataset(folder)), *place, **case).speed_to_program > 0
     slow = f"from {speeds[0]} m/s (near distance {low[0]:.3f} m, height {low[1]:.3f} m)"
     assert f"{slow} to {speeds[1]} m/s (near {high[0]:.3f} m, {high[1]:.3f} m)" in text
 

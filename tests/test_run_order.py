@@ -161,6 +161,14 @@ class TestCommand:
         assert code == 0
         assert "26 say no run: forcemap collect" in out
 
+    def test_collect_names_another_way_where_the_order_does_not_tell(self, measured, forcemap):
+        run = fm.read_plan(measured).recording[0]
+        (measured / "recordings" / "Messung 1.csv").rename(measured / "recordings" / f"{run}.csv")
+        (measured / "recordings" / "Messung 2.csv").unlink()
+        out = " ".join(forcemap("collect", measured)[1].split())
+        assert "25 say no run, and 26 runs have no recording: name files as the run sheet does" in out
+        assert "if the last runs alone are missing, --assign name --last RUN" in out
+
 
 class TestRegister:
     """What a spreadsheet shows and a person edits: no cell of a recording's name runs as a formula."""

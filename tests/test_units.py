@@ -325,6 +325,54 @@ def test_every_unit_of_force_reads_as_the_same_newtons_and_is_offered(unit, tmp_
         assert f"[{unit}]" not in f"[{example}"
 
 
+PREFIXES = ("", "k", "da", "h", "c", "m", "M")
+NO_FORCE = [
+    f"{prefix}N{rest}" for prefix in PREFIXES for rest in ("m", "cm", "mm", "s", "_m", " m", "_per_s", " pro mm")
+]
+NO_FORCE += [
+    "kgm",
+    "lbin",
+    "lbf_in",
+    "ftlb",
+    "ft-lb",
+    "oz in",
+    "Npm",
+    "N_s",
+    "lbf s",
+    "N∙m",
+    "Newton_meter",
+    "newton_s",
+]
+
+
+@pytest.mark.parametrize("name", ["Mz_{}", "Force {}", "F [{}]", "{}"])
+@pytest.mark.parametrize("unit", NO_FORCE)
+def test_a_torque_a_stiffness_or_an_impulse_is_never_read_as_a_force(unit, name):
+    """However force and length, or time, are joined, and whatever the prefix."""
+    found = stated_unit(name.format(unit), alone=name == "{}")
+    assert found is not None
+    assert not isinstance(found, ForceUnit)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Torque [N]", "Mz [N]", "Drehmoment in N", "Stiffness [N]", "Force [N]/mm", "Force [N] per mm", "Force (N)m",
+     "Force [N]*s", "Moment_z_N", "Fz inlbs", "F Nxmm"],
+)  # fmt: skip
+def test_a_name_of_another_quantity_states_no_unit_that_is_read(name):
+    found = stated_unit(name)
+    assert found is not None
+    assert not isinstance(found, ForceUnit)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Force_N_max", "Kraft N Messung", "F_N_sensor", "N_mean", "Fx [N] in TCP", "Kraft Moment [N]", "Force in N"],
+)
+def test_a_word_that_begins_as_a_length_or_a_time_does_is_none(name):
+    assert stated_unit(name) is ForceUnit.NEWTONS
+
+
 @pytest.mark.parametrize("unit", TimeUnit)
 def test_every_unit_of_time_reads_as_the_same_seconds_and_is_offered(unit, tmp_path):
     factors = {TimeUnit.SECONDS: 1, TimeUnit.MILLISECONDS: 10**3, TimeUnit.MICROSECONDS: 10**6}

@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 import forcemap as fm
+from conftest import other_impacts
 from sizes import FULL_SIZE
 from web_server import PATIENCE, contents, serving
 
@@ -601,7 +602,7 @@ def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path
         shutil.copytree(simulated, tmp_path / "cell" / name, ignore=shutil.ignore_patterns("recordings"))
     stated = tmp_path / "cell" / "up" / "campaign.toml"
     stated.write_text(stated.read_text().replace('direction = "down"', 'direction = "up"'))
-    (tmp_path / "cell" / "up" / "recordings.csv").unlink()  # an atlas takes no recording twice
+    other_impacts(tmp_path / "cell" / "up")
     with serving(tmp_path / "cell") as (_, address, token), closing(browser.new_context(base_url=address)) as context:
         context.set_default_timeout(1000 * PATIENCE)
         page = context.new_page()

@@ -249,9 +249,10 @@ def test_an_impact_above_the_device_range_refuses_the_zone_it_lies_in():
         contact=QUASI_STATIC,
         bound=bound,
     )
-    assert faster.outcome[0].has_speed  # the bound itself allows no such speed there
-    fast = censored_at((0.752, 0.36), 0.4)
-    permitted = float(bound.upper(fast, 0.752, 0.36, 0.4)) + 5.0
+    assert not faster.outcome[0].has_speed  # the bound itself allows no such speed there, but 500 N lie far above it
+    near = float(bound.upper(censored_at((0.752, 0.36), 0.4), 0.752, 0.36, 0.4)) + 4.0
+    fast = censored_at((0.752, 0.36), 0.4, near)
+    permitted = near - 2.0
     assert 300.0 < permitted < 500.0
     apart = fm.zone_speeds(fast, zones, limit=[300.0, permitted, 300.0], contact=QUASI_STATIC, bound=bound)
     assert [outcome.has_speed for outcome in apart.outcome] == [True, False, True]  # of several limits each for itself

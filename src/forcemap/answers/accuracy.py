@@ -35,5 +35,6 @@ class PlaceFigures(Answer):
     places_shared: int | None = of_if_any("fit", "places_shared")
     place_correlation: float | None = of_if_any("fit", "place_effect", "correlation")
     likely_place_correlation: float | None = of_if_any("fit", "place_effect", "likely")
+    least_place_correlation: float | None = of_if_any("fit", "place_effect", "least")
     place_sd_percent: Percent = of_if_any("fit", "place_sd")
     own_sd_percent: Percent = of_if_any("fit", "own_sd")

@@ -8,10 +8,12 @@ from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.answers.form_test import DriftAnswer
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
+from forcemap.campaigns.impacts_table import speeds_not_entered
 from forcemap.campaigns.point_list import POINT_REGISTER
 from forcemap.campaigns.point_recordings import point_names
 from forcemap.campaigns.repeatability import repeatability
 from forcemap.campaigns.summary import campaign_summary
+from forcemap.findings import Finding, FindingKind
 from forcemap.words import sentences
 
 
@@ -132,6 +134,8 @@ class CollectAnswer(Answer):
     def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset) -> CollectAnswer:
         """The answer for a campaign read after `build_dataset`, and the dataset that this returned."""
         summary = campaign_summary(campaign, dataset)
+        without_speeds = speeds_not_entered(campaign.register_file, campaign.conditions)
+        entered = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED)] * without_speeds
         refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
         of_points = len(point_names(campaign.folder))
         return cls.from_result(
@@ -144,7 +148,7 @@ class CollectAnswer(Answer):
             censored=int(dataset.censored.sum()),
             scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
             transient_refused=sentences(refusal.also) if refusal else [],
-            contradictions=dataset.contradictions,
+            contradictions=(*entered, *dataset.contradictions),
             drift=dataset.drift,
             repeatability=repeatability(dataset),
             disagreeing_repeats=dataset.disagreeing_repeats,

@@ -48,7 +48,8 @@ class Body(StrEnum):
 class AllowedSpeed(Answer):
     """Speeds that a model allows at the measured places; null where it confirms none.
 
-    A map's also at how many places it permits more than the standard's contact model, and a speed but no more.
+    A map's also at how many places it permits more than the standard's contact model, and a speed but no more; at
+    `places_capped` of these nothing faster was measured.
     """
 
     model: str
@@ -61,6 +62,7 @@ class AllowedSpeed(Answer):
     highest_speed_mps: Figure = of("highest")
     places_with_more: int | None = of("more")
     places_with_less: int | None = of("less")
+    places_capped: int | None = of("capped")
     contact: str
     note: Said
 

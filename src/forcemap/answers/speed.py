@@ -19,8 +19,8 @@ from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import FixedMargin
 from forcemap.maps.force_map import ForceMap
-from forcemap.speeds.basis import Basis
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
+from forcemap.words import sentences
 
 SLOWEST_HINT = 0.02
 """Slowest speed to propose for a measurement [m/s]; a choice: no robot is measured slower."""
@@ -69,7 +69,8 @@ class SpeedAnswer(RestsOn):
 
     `measure_next` is where a measurement could turn "unconfirmed" into an answer: a hint, no permission. `at_lowest` is
     null unless the outcome is unconfirmed; `nearest` is empty for a map without states, as a published one.
-    `off_direction_to_program_mps` is the speed to program for motion up to 5 degrees off the map's direction.
+    `off_direction_to_program_mps` is the speed to program for motion up to 5 degrees off the map's direction, and
+    `off_direction_warnings` are those of the warnings that are about it alone.
     """
 
     outcome: str
@@ -84,6 +85,7 @@ class SpeedAnswer(RestsOn):
     bound_force_N: Figure = of("bound_force")
     predicted_force_N: Figure = of("predicted_force")
     off_direction_to_program_mps: Figure
+    off_direction_warnings: list[str]
     margin_10_speed_mps: Figure
     margin_10_outcome: str
     lowest_measured_speed_mps: Figure = of("lowest_measured_speed")
@@ -112,11 +114,15 @@ class SpeedAnswer(RestsOn):
         with_margin = safe_speed(force_map, *place, **case | {"bound": _MARGIN_10})
         coordinates = {"distance_m": place[0], "height_m": place[1]}
         low, high = force_map.measured_range.lowest.tolist(), force_map.measured_range.highest.tolist()
+        has_off = not math.isnan(off_direction.speed_to_program)
+        off_doubts = off_direction.basis.warnings_beyond(speed.basis) if has_off else ()
+        basis = replace(speed.basis, warnings=(*speed.basis.warnings, *off_doubts))
         hint = speed.outcome is SpeedOutcome.UNCONFIRMED and speed.extrapolated_speed > SLOWEST_HINT
         return cls.from_result(
             speed,
             **coordinates,
             off_direction_to_program_mps=off_direction.speed_to_program,
+            off_direction_warnings=sentences(off_doubts),
             margin_10_speed_mps=with_margin.speed,
             margin_10_outcome=with_margin.outcome,
             measure_next=coordinates | {"speed_mps": speed.extrapolated_speed} if hint else None,
@@ -127,15 +133,8 @@ class SpeedAnswer(RestsOn):
             accuracy=accuracy,
             governed_by=speed.governed_by,
             quantities=_of_quantities(speed),
-            **rests_on(force_map, _saying(speed.basis, off_direction), notes),
+            **rests_on(force_map, basis, notes),
         )
-
-
-def _saying(basis: Basis, off_direction: SafeSpeed) -> Basis:
-    """A basis that says first what must be read before a speed off the direction is used, too, if there is one."""
-    if math.isnan(off_direction.speed_to_program):
-        return basis
-    return replace(basis, warnings=(*basis.warnings, *off_direction.basis.warnings_beyond(basis)))
 
 
 def _at_lowest(force_map: ForceMap, place: tuple[float, float], speed: SafeSpeed) -> ForcesAtLowest | None:

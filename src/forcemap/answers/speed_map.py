@@ -52,6 +52,7 @@ class StandardAnswer(Answer):
     places: int
     places_with_more: int = of("faster")
     highest_speed_of_map_mps: Figure = of("fastest")
+    highest_to_program_of_map_mps: Figure = of("fastest_to_program")
     lowest_predicted_force_N: Figure = of("lowest_predicted")
     highest_predicted_force_N: Figure = of("highest_predicted")
     moving_mass_kg: float = of("moving_mass")
@@ -75,7 +76,8 @@ class StandardAnswer(Answer):
         if fastest is None:
             return lines
         more = self.places_with_more
-        upto = f", up to {floor_speed(fastest)} m/s at contact" if more else ""
+        program = "" if self.highest_to_program_of_map_mps is None else floor_speed(self.highest_to_program_of_map_mps)
+        upto = f", up to {floor_speed(fastest)} m/s at contact ({program} to program)" if more else ""
         less = f"less or nothing at {self.places - more}"
         return [*lines, f"the map permits more at {more} of {self.places} places{upto}, {less}"]
 

@@ -27,6 +27,7 @@ from forcemap.limits.force_limits import ForceLimit, force_limit
 from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import read_map, write_map
+from forcemap.speeds.basis import against_bound
 
 MEMORY_FILE, LAST_MAP_FILE = "fleet.json", "fleet-map.json"
 """What fleet keeps in a campaign's folder: what it found last, and the map that new impacts are checked against."""
@@ -160,10 +161,18 @@ def keep_map(
     """
     campaign, force_map, dataset = assessment.campaign, assessment.force_map, assessment.dataset
     whole = isinstance(campaign, Missing) or not campaign.missing  # without a plan nothing is missing
-    if not (whole and last.stands) or isinstance(assessment.bound, Missing):
+    if not (whole and last.stands) or isinstance(assessment.bound, Missing) or against_maps(assessment):
         return memory.known if memory else []
     write_map(present(force_map), folder / LAST_MAP_FILE)
     return _states(present(dataset))
+
+
+def against_maps(assessment: CampaignAssessment) -> tuple[Finding, ...]:
+    """What measurements say against a campaign's maps so that no speed of them holds; none without a map."""
+    if isinstance(assessment.force_map, Missing) or isinstance(assessment.bound, Missing):
+        return ()
+    found, by_chance = against_bound(assessment.force_map, assessment.bound), FindingKind.POINTS_ABOVE_BOUND
+    return tuple(each for each in found if each.kind is not by_chance or each.figure("refuses"))
 
 
 def _states(dataset: ImpactDataset) -> list[list[float | None]]:

@@ -206,6 +206,12 @@ class PlaceSpeeds:
         distance, height = self._confirmed[2:, index].tolist()
         return distance, height
 
+    def printed(self, place: tuple[float, float]) -> tuple[float, float]:
+        """A place to the millimetre, rounded to the side where there are speeds [m]."""
+        exact, middle = 1000 * np.array(place), 1000 * self._confirmed[2:].mean(axis=1)
+        distance, height = (np.where(middle > exact, np.ceil(exact - 1e-6), np.floor(exact + 1e-6)) / 1000).tolist()
+        return distance, height
+
     @property
     def fastest_to_program(self) -> float:
         """Highest of the speeds to program in the measured range [m/s]; NaN if there is none."""

@@ -29,6 +29,7 @@ from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, meas
 from forcemap.campaigns.recorded_impacts import RecordedImpacts
 from forcemap.campaigns.recordings_table import PLANNED, PRESSURE_FROM, REGISTER_FILE, Entry, Use, row_sha256
 from forcemap.campaigns.state import StateTolerance
+from forcemap.campaigns.units import single_unit_finding
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
@@ -236,9 +237,11 @@ def _of_file(
         yield PointImpact(recording.name, point.recorded_at, not_judged=why, own=True)
     for each in recording.recorded:
         pressure = recording_pressure(film, each, point.limit, point.contact)
+        peak = max((impact.verdict_peak_force for impact in each.impacts), default=math.nan)
+        slip = single_unit_finding(film[1], point.recorded_at, peak)
         several = in_words("one film of a file with several recordings, expected a file for each recording")
         unclear = several if pressure and len(recording.recorded) > 1 else None
-        doubts = why or unclear or each.doubt or doubt
+        doubts = why or unclear or each.doubt or doubt or slip
         yield _impact(point, each.recording.name, each, doubts, point.recorded_at, pressure=pressure, own=True)
 
 

@@ -21,7 +21,7 @@ from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
 from forcemap.campaigns.point_list import SPEED_NOT_STATED, AtPoint, phase_two_of
 from forcemap.campaigns.quantity import LEAST, Quantity
-from forcemap.campaigns.state import CONFIRMING, States, StateTolerance, identify_states
+from forcemap.campaigns.state import CONFIRMING, PLACE_SIZE, States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError, few
 from forcemap.findings import Finding, FindingKind
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CONFIRMING",
     "LEAST",
+    "PLACE_SIZE",
     "SPEED_NOT_STATED",
     "AtPoint",
     "Binding",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -102,8 +103,16 @@ def read_dataset(
     bound = dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
     if table.name != TABLE_FILE:
         return bound
+    if speeds_not_entered(table.parent / REGISTER_FILE, bound.conditions):
+        bound = replace(bound, conditions=replace(bound.conditions, speed_kind="commanded"))
     others = at_other_sites(table.parent, dataset.conditions.contact_site)
     return replace(bound, at_points=measured_at_points(table.parent, dataset.conditions), other_sites=others)
+
+
+def speeds_not_entered(register: Path, conditions: Conditions) -> bool:
+    """Whether a campaign says that its speeds are measured, though its register holds none: the planned ones count."""
+    entries = read_register(register) if conditions.speed_kind == "measured" and register.exists() else ()
+    return bool(entries) and all(math.isnan(entry.speed) for entry in entries)
 
 
 def _not_there(folder: Path) -> str:

@@ -144,11 +144,16 @@ def at_other_sites(folder: Path, site: str) -> tuple[tuple[str, int, float], ...
     return tuple((other, len(files), max(files.values())) for other, files in found.items() if files)
 
 
+def _placed(cells: Mapping[str, str]) -> bool:
+    """Whether a row states a place."""
+    return all(cells.get(name, "").strip() for name in ("distance_m", "height_m"))
+
+
 def left_out_at_points(folder: Path, site: str) -> tuple[list[Entry], tuple[str, ...]]:
     """Collected files in points/ that count for nothing, or may do so by a slip alone.
 
     A person took them out, no contact point names them, or the points that do have a contact site which is spelt nearly
-    as the campaign's is and so counts as another. With these sites.
+    as the campaign's is and so counts as another, or are of that site and state no place. With these sites.
 
     Raises
     ------
@@ -160,7 +165,10 @@ def left_out_at_points(folder: Path, site: str) -> tuple[list[Entry], tuple[str,
         return [], ()
     rows = point_table(read_bytes(listed), str(listed)).texts if listed.exists() else []
     slips = [cells for cells in rows if nearly_alike(cells.get("contact_site", ""), site)]
-    named = [pattern for cells in rows for pattern in _patterns(cells) if cells not in slips]
+    vague = [
+        cells for cells in rows if not _placed(cells) and may_be_alike(cells.get("contact_site", ""), "", site, "")
+    ]
+    named = [pattern for cells in rows for pattern in _patterns(cells) if cells not in slips and cells not in vague]
     found = [
         entry
         for entry in read_register(register)

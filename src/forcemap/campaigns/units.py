@@ -25,6 +25,7 @@ SLOWEST = 0.2
 _OF_FASTEST = 0.5  # nor do those slower than this share of the fastest state, in case the unit of speed is mistaken
 _LOWEST, _HIGHEST = 0.5, 2.0  # force over the contact model's: the mean of a campaign in the right units lies between
 _LOWEST_COVERED = 1 / 3  # with a cover, which softens the contact unknown to the model
+_SINGLE = 2.0  # by which a single impact may lie lower: those of known robots are above 0.65, a wrist alone is lighter
 _USUAL_SPRING = 75e3  # [N/m]; on a softer one the force falls more slowly than its root, so the ratio may be higher
 _ALIKE = 1.5  # factor within which a slip explains the ratio about as well as the likeliest
 _LONGEST = 20.0  # Phase I over pi sqrt(m_R / k): soft contacts and slow robots stay below; a slip of time is 1000
@@ -62,16 +63,33 @@ def unit_finding(conditions: Conditions, *groups: States) -> Finding | None:
     fast = speed >= max(SLOWEST, _OF_FASTEST * speed.max(initial=0.0))
     ratio = force / (speed * np.sqrt(springs * conditions.robot_mass))
     highest = _HIGHEST * np.sqrt(np.maximum(_USUAL_SPRING / springs, 1.0))
-    lowest = _LOWEST if conditions.covers.strip().casefold() in _NO_COVER else _LOWEST_COVERED
+    lowest = _lowest(conditions)
     read = fast & (_joined(groups, "censored") == 0)
     low, high = _mean(ratio[read]), _mean(ratio[fast])
     slip = low if low < lowest else high
     if low < lowest or high > _mean(highest[fast]):
-        figures = {"ratio": slip, "states": int(fast.sum()), "low": slip < 1, "units": _likely(slip)}
+        figures = {"ratio": slip, "states": int(fast.sum()), "single": None, "low": slip < 1, "units": _likely(slip)}
         return Finding.of(FindingKind.UNIT_SLIP, **figures, fastest_mps=float(speed.max()))
     if not read.any():
         return Finding.of(FindingKind.UNITS_NOT_CHECKED, missing=(), slow=True, slowest_mps=SLOWEST)
     return None
+
+
+def single_unit_finding(conditions: Conditions, speed: float, force: float) -> Finding | None:
+    """UNIT_SLIP of an impact at a contact point whose force is far below the contact model's; None if it is not.
+
+    Whatever the speed: a controlled robot adds to the force of a slow contact. NaN of the speed or force [m/s], [N], or
+    what the conditions do not state, tells nothing.
+    """
+    ratio = force / (speed * math.sqrt(conditions.device.stiffness * conditions.robot_mass)) if speed > 0 else math.nan
+    if not ratio < _lowest(conditions) / _SINGLE:
+        return None
+    figures = {"ratio": ratio, "states": 1, "single": True, "low": True, "units": _likely(ratio)}
+    return Finding.of(FindingKind.UNIT_SLIP, **figures, fastest_mps=speed)
+
+
+def _lowest(conditions: Conditions) -> float:
+    return _LOWEST if conditions.covers.strip().casefold() in _NO_COVER else _LOWEST_COVERED
 
 
 def unit_of_time_finding(durations: FloatArray, springs: FloatArray, robot_mass: float) -> Finding | None:

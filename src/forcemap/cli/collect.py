@@ -190,7 +190,7 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
             "Not used", shortened([f"{file.recording}: {file.use}, {file.reason}" for file in answer.discards])
         )
     if unassigned := sum(discard.use == "unassigned" for discard in answer.discards):
-        lines.append(f"{unassigned} say no run: forcemap collect {folder} --assign name (or time) shows an assignment")
+        lines += _say_no_run(unassigned, len(answer.missing), folder)
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
@@ -210,6 +210,15 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
         *[f"{recorded} of contact points: {name}; what they show stands in forcemap report" for name in of_points],
         "Next: mend what is said first, and collect again" if answer.no_speed or answer.contradictions else after,
     ]
+
+
+def _say_no_run(unassigned: int, missing: int, folder: str) -> list[str]:
+    """How recordings come to their runs: by their order only if there is one for every run."""
+    if unassigned == missing:
+        return [f"{unassigned} say no run: forcemap collect {folder} --assign name (or time) shows an assignment"]
+    said = f"{unassigned} say no run, and {missing} runs have no recording: name files as the run sheet does, or write"
+    last = ", or, if the last runs alone are missing, --assign name --last RUN" * (unassigned < missing)
+    return [f"{said} into recordings.csv which run each is (state_id, repeat){last}; then collect again"]
 
 
 def contact_lines(answer: CollectAnswer) -> list[str]:

@@ -247,10 +247,11 @@ def _gain(answer: ComparisonAnswer) -> str:
         one, places = f"{shown(standard.highest_speed_mps)} m/s", counted(of_map.places, "measured place")
         counts = f"{of_map.note or f'permits nothing at any of {places}'} (standard: {one})"
         if of_map.confirmed_places:
+            capped = f" (at {of_map.places_capped} of these nothing faster was measured)" * bool(of_map.places_capped)
             counts = (
-                f"permits more than the standard's {one} at {of_map.places_with_more} of {places} (up to "
-                f"{shown(of_map.highest_speed_mps)} m/s at contact), less at {of_map.places_with_less}, nothing at "
-                f"{of_map.places - of_map.confirmed_places}"
+                f"permits more than the standard's {one} at {of_map.places_with_more} of {places}, less at "
+                f"{of_map.places_with_less}{capped}, nothing at {of_map.places - of_map.confirmed_places}; up to "
+                f"{shown(of_map.highest_speed_mps)} m/s at contact"
             )
         parts.append(f"{contact}, {of_map.limit_N:g} N: {counts}")
     return f"The map beside the standard: {'; '.join(parts)}"

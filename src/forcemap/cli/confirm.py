@@ -143,7 +143,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         f"Rule: {sentence(answer.rule)}",
         *_chances(answer),
         "Measure nothing else until these are judged: a map fitted to more states has other speeds, which they do not "
-        "confirm",
+        "confirm; so has one of another form or from a faster speed on: decide map.form and map.slowest_mps first",
         *to_measure,
     ]
 
@@ -164,10 +164,12 @@ def _chances(answer: ConfirmationPlan) -> list[str]:
         f"is {100 * RIDGE:.0f} % higher along a ridge {wide} at some distance": answer.ridge_detected,
         f"is {100 * BUMP:.0f} % higher at a bump {wide} at some place": answer.bump_detected,
     }
+    others = answer.others
     return [
         f"Of 100 sound maps {100 * answer.not_passed:.0f} do not pass ({100 * answer.above_bound:.0f} for an impact "
         "above the bound). If the force",
         *(f"  {what}, these impacts show it in {100 * share:.0f} of 100 cases" for what, share in found.items()),
+        *(f"These are chances of the force alone: {each.quantity.words} may miss its bound, too" for each in others),
     ]
 
 

@@ -121,13 +121,18 @@ def evaluate(
 
 
 def _of_new(force_map: fm.ForceMap, dataset: fm.ImpactDataset, new: fm.ImpactDataset) -> tuple[fm.Accuracy, ...]:
-    """The accuracy of a map on all states, and on those that it was not fitted to if it was to others: first if they
-    are 6 or more, for of fewer the largest error says next to nothing."""
+    """The accuracy of a map on all states, and on those that it was not fitted to if it was to others, else on those
+    inside its range: first if they are 6 or more, for of fewer the largest error says next to nothing."""
     of_all = fm.force_map_accuracy(force_map, dataset)
-    if len(new) == len(dataset) or not len(new) or not (new.states.impacts > 0).any():
+    part, on = new, "states not fitted"
+    if len(new) == len(dataset) or not len(new):  # beyond its range the map is continued, which is another question
+        inside = force_map.measured_range.near(dataset.states.coordinates, dataset.tolerance.scale)
+        part = dataset.select(np.isin(dataset.state, np.array(dataset.states.name)[inside]))
+        on = "states inside the measured range"
+    if len(part) == len(dataset) or not len(part) or not (part.states.impacts > 0).any():
         return (of_all,)
-    of_new = fm.force_map_accuracy(force_map, new, on="states not fitted")
-    return (of_new, of_all) if of_new.states >= FEWEST_TESTS else (of_all, of_new)
+    of_part = fm.force_map_accuracy(force_map, part, on=on)
+    return (of_part, of_all) if of_part.states >= FEWEST_TESTS else (of_all, of_part)
 
 
 def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
@@ -191,7 +196,8 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
             ["5 deg off: places with a speed for motion up to 5 degrees off the direction, as a table of zones has it"]
             * with_places
         ),
-        "doubts: further ones of that map alone; forcemap speed-map says them, and permits, once the speed is stated",
+        "doubts: further ones of that map alone, of motion off the direction, too; forcemap speed says them, and "
+        "permits, once the speed is stated",
         *(f"from {shown(each.slowest_mps)} m/s: {each.reason}" for each in answer.from_speeds if each.reason),
         "From a faster speed on, speeds are higher where there are any, and places that permit only slower ones have "
         "none; the first row is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
@@ -293,7 +299,8 @@ def _next(answer: FormsAnswer, source: str, stated: str) -> list[str]:
         best = min(sound, key=lambda each: each.error_percent, default=None)
         if best is not None and best.form != form:
             use = "campaign.toml states it" if best.form == stated else _use(source, best.form)
-            return [f"{best.form} has the lowest error, but not clearly; chosen for that, it needs test states: {use}"]
+            error = f"{best.form} has the lowest error of the forms that rise and have a bound, but not clearly"
+            return [f"{error}; chosen for that, it needs test states: {use}"]
     return [] if form in (None, stated) else [f"Next: {_use(source, form)}"]
 
 

@@ -120,7 +120,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     ]
     if answer.states_left_out:
         lines.append(
-            f"  {counted(answer.states_left_out, 'state')} left out, with impacts above the device range alone: "
+            f"  {counted(answer.states_left_out, 'state')} left out, with saturated impacts alone: "
             f"{', '.join(answer.states_left_out_names)}"
         )
     lines += ["", *_censoring_lines(answer, effect)] if effect else []
@@ -207,7 +207,7 @@ def _verdict(answer: FitAnswer) -> str:
         )
     return (
         f"SAFE SPEEDS {follow}{only}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
-        f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "
+        f"prediction at the measured states (a fixed + 10 % {fixed} here), and predictions are at most "
         f"{worst:.1f} % too low on {answer.accuracy.on}{outside_words(answer.accuracy)}{beyond}"
     )
 
@@ -217,7 +217,7 @@ def impacts_words(answer: FitAnswer) -> str:
     words = f"{counted(answer.states, 'state')}, {counted(answer.samples + answer.censored_samples, 'impact')}"
     if answer.censored_samples:
         used = "counted as at least that force" if answer.censored_fit else "not in the fit"
-        words = f"{words}, {answer.censored_samples} of them above the device range ({used})"
+        words = f"{words}, {answer.censored_samples} of them saturated ({used})"
     return f"{words}; {answer.test_samples} more of role test, not fitted" if answer.test_samples else words
 
 
@@ -244,7 +244,7 @@ def _censoring_lines(answer: FitAnswer, effect: CensoringAnswer) -> list[str]:
         rows.append([f"  at the {effect.states} states of both", *map(_span, shared)])
     states = zip(censored.state_id, censored.censored, censored.at_least_N, counted_in, left_out, strict=True)
     return [
-        *table(["Impacts above the device range", "counted as at least", "discarded (--discard-censored)"], rows),
+        *table(["Saturated impacts", "counted as at least", "discarded (--discard-censored)"], rows),
         *_why_wider(answer, effect, added),
         *table(
             ["state", "above the range", "reached at least [N]", "predicted [N]", "if discarded [N]", "difference"],

@@ -17,7 +17,17 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap._version import __version__
 from forcemap.answers.fleet import FleetAnswer, FleetCampaign, LastMapAnswer
-from forcemap.assessment.fleet import LastMap, Memory, due, keep_map, last_map, made_from, named_limits, rests_on
+from forcemap.assessment.fleet import (
+    LastMap,
+    Memory,
+    against_maps,
+    due,
+    keep_map,
+    last_map,
+    made_from,
+    named_limits,
+    rests_on,
+)
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointResult
 from forcemap.cli.options import Json, TeamRegister, areas_from
@@ -236,6 +246,8 @@ def _failed(assessment: fm.CampaignAssessment, last: LastMap) -> str | None:
     for part in ("dataset", "force_map", "bound"):
         if isinstance(found := getattr(assessment, part), Missing):
             return f"no {part.replace('_', ' ')}: {found.reason}"
+    if against := against_maps(assessment):
+        return f"no speed: {sentence(against[0])}"
     if isinstance(assessment.points, Missing):
         return f"no contact point is permitted: {assessment.points.reason}"
     if above := [each.point.name for each in assessment.points if each.lacks and _exceeds(each)]:

@@ -299,6 +299,11 @@ def limit_from(
     Body areas are those of `--limit-table`, else of the table that the campaign `source` names, else the standard's.
     """
     given = stated(limit, source)
+    if len(given.names) > 1 and not (given.tasks or given.newtons):
+        raise fm.InputError(
+            f"limit: found --area {' and '.join(given.names)}, expected one: the lowest speed of all holds; export and "
+            "path take several areas in a task file (--task)"
+        )
     if given.tasks or len(given.newtons) + len(given.names) != 1 or given.names == [""]:
         raise fm.InputError("limit: expected one of --area or --limit-N")
     if given.newtons:

@@ -263,6 +263,7 @@ def assumes(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
     """What an answer assumes, in a list after it, without what already stands above; of several maps one each."""
     above = {SIMULATED, f"bound: {bound_words(answer.bound)}"}
     above |= {f"limit: {answer.limit}"} if isinstance(answer, RestsOn) else set()
+    above |= {*answer.warnings}
     grouped = {"": answer.assumptions} if isinstance(answer, RestsOn) else answer.assumptions_by_map
     lines = []
     for name, assumed in grouped.items():

@@ -181,8 +181,7 @@ _HINTS = {
     "not_downward": "not downward: the map permits no such motion (a row of the path names the motion that begins at "
     "it); if other measures exclude contact there, say so in a task file (--task) with contact_possible = false for "
     "that segment",
-    "no_map": "no map: measure what is missing (forcemap path lists directions, unless the task states another), bend "
-    "the path (--suggest FILE.csv tries it), "
+    "no_map": "no map: measure what is missing, bend the path (--suggest FILE.csv tries it), "
     "or say so in a task file (--task) with contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance ({inside}), or measure "
     "there",
@@ -205,6 +204,8 @@ _HINTS_BY_REASON = {
     "off_direction": "off the map's direction: program the motion straight along it, and what is left of the way as a "
     "move of its own (--suggest FILE.csv writes such a path), end the descent higher, move the path, or measure at "
     "lower speeds there (forcemap next)",
+    "no_map_of": "no map of this contact site, tool or payload: correct what the task or campaign.toml states, if one "
+    "is wrong, else measure with it",
     "transient_not_usable": "unconfirmed: ask for the quasi-static limit there (--contact quasi-static, or contact = "
     '"quasi-static" in the task file)',
 }
@@ -447,8 +448,10 @@ def _by_mean(answer: PathAnswer) -> str:
     by_mean = answer.too_fast_by_mean_length_m
     if by_mean is None or by_mean > 0.999 * answer.too_fast_length_m:
         return ""
-    where = f"on {_share(by_mean, answer)} of it" if by_mean else "nowhere"
-    return f" ({where} by the mean between rows, else by what rows so far apart in time leave possible: log more often)"
+    where = f"on {_share(by_mean, answer)} of the path" if by_mean else "nowhere"
+    return (
+        f" ({where} by the mean between rows; else as the robot may be faster between two rows: more rows may clear it)"
+    )
 
 
 def _standard(answer: PathAnswer | PlacesAnswer) -> str:
@@ -490,7 +493,8 @@ def _hints(answer: AlongAnswer, refusals: Sequence[Refused]) -> list[str]:
     }
     permitted = {piece.segment for piece in getattr(answer, "pieces", ()) if piece.speed_mps is not None}
     partly = sorted({each.segment for each in refusals if each.outcome in _NO_DIRECTION} & permitted)
-    whole = {each.outcome for each in refusals if each.segment not in partly or each.outcome not in _NO_DIRECTION}
+    by_outcome = [each for each in refusals if each.reason_kind not in _HINTS_BY_REASON]
+    whole = {each.outcome for each in by_outcome if each.segment not in partly or each.outcome not in _NO_DIRECTION}
     hints = [_PARTLY.format(segments=few(partly, _GAPS))] * bool(partly)
     hints += [hint for outcome, hint in _HINTS.items() if outcome in whole]
     hints += [hint for kind, hint in _HINTS_BY_REASON.items() if kind in kinds]
@@ -610,7 +614,7 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
     )
     lines += [answer.standard_of] if answer.standard_of else []
     if answer.timed:
-        own = "--acceleration-mps2, or acceleration_mps2 in the task"
+        own = "acceleration_mps2 in the task, without one --acceleration-mps2"
         lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")
     if answer.waits_s:
         lines.append(f"the file's waits, {answer.waits_s:.3f} s, are in every row")

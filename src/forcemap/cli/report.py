@@ -38,7 +38,7 @@ from forcemap.cli.options import (
 from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.errors import few
 from forcemap.files import read_bytes, write_atomically
-from forcemap.report.permission import BY_MAP_ALONE
+from forcemap.report.permission import BY_MAP_ALONE, cell_words
 from forcemap.report.seal import REPORT_FILE
 from forcemap.words import sentence, sentences
 
@@ -464,6 +464,8 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
         held = sum(result.if_reason for result in assessment.points)
         why = f", {held} of them IF the risk assessment says why" if held else ""
         parts.append(f"{count} of {counted(len(assessment.points), 'contact point')} permitted{why}")
+        if count < len(assessment.points):
+            parts.append(cell_words(assessment).removesuffix(".").upper())
     return "; ".join(parts) or "NO SPEED: no limit was asked for"
 
 

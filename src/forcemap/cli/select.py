@@ -75,6 +75,7 @@ def selection_lines(answer: SelectionAnswer, names: Sequence[str]) -> list[str]:
         "Term selection as in the paper: a report only, no fit uses it",
         *(f"{number}: {name}" for number, name in zip(short, names, strict=True) if number),
         *table(["removed", "terms left", "change", *header], trace),
+        "stage one removes terms by their p values, whatever that changes; in stage two",
         f"a removal may change RMSE [N] + 100 x R^2 (of ln F) by at most {answer.threshold_N:g}",
         f"terms at the start, after stage one, at the end: {left} (the paper, on its three tables: {paper})",
         f"kept: {_names(answer.terms)}",

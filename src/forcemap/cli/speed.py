@@ -200,8 +200,11 @@ def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
     elif lowest := answer.at_lowest:
         at = f"{shown(lowest.speed_mps)} m/s at contact, the lowest of the map there"
         forces = f": {lowest.bound_force_N:.1f} N at {at}, predicted {lowest.predicted_force_N:.1f} N"
+    straight = [doubt for doubt in answer.warnings if doubt not in answer.off_direction_warnings]
     lines = [
-        *speed_first(f"{head} at {where}: {answer.to_program_outcome}", answer),
+        *speed_first(
+            f"{head} at {where}: {answer.to_program_outcome}", answer.model_copy(update={"warnings": straight})
+        ),
         f"  {contact}{answer.to_program_reason}",
         f"  limit    {answer.limit}",
         f"  bound    {bound_words(answer.bound)}{forces}",
@@ -227,6 +230,7 @@ def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
     if program is not None:
         off = answer.off_direction_to_program_mps
         lines.append(f"  program  {_IN_PROGRAM} ({'no speed' if off is None else f'at most {shown(off)} m/s'})")
+        lines += [f"           for that first read: {doubt}" for doubt in answer.off_direction_warnings]
     if points:
         lines.append(
             f"  points   {POINTS_FILE} lists contact points: forcemap report has the speeds measured at them, and of "

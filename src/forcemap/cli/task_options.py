@@ -115,7 +115,7 @@ Angle = Annotated[
     float, Option("--angle-deg", help="How far a motion may point away from the map's direction, at most 5.")
 ]
 Acceleration = Annotated[
-    float | None, Option("--acceleration-mps2", help="Along the path; default 1, or as the task file says.")
+    float | None, Option("--acceleration-mps2", help="Along the path; default 1. A task file states its own.")
 ]
 _LOG_HELP = (
     "How a controller's log is written, one entry each: --column position=X,Y,Z --column length_unit=mm --column "

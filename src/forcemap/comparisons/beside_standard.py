@@ -31,6 +31,8 @@ class BesideStandard:
         a speed to program.
     fastest : float
         The highest speed at contact of a place with a speed to program [m/s]; NaN if there is none.
+    fastest_to_program : float
+        The highest speed to program [m/s], unrounded; NaN if there is none.
     lowest_predicted, highest_predicted : float
         Forces that the map predicts at that speed where it was measured so fast [N]; NaN where it was nowhere.
     moving_mass, payload : float
@@ -41,6 +43,7 @@ class BesideStandard:
     places: int
     faster: int
     fastest: float
+    fastest_to_program: float
     lowest_predicted: float
     highest_predicted: float
     moving_mass: float
@@ -63,6 +66,7 @@ def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | N
         places=int(inside.sum()),
         faster=int((usable > standard).sum()),
         fastest=float(usable.max()) if usable.size else math.nan,
+        fastest_to_program=float(np.nanmax(result.speed_to_program)) if usable.size else math.nan,
         lowest_predicted=float(forces.min()) if forces.size else math.nan,
         highest_predicted=float(forces.max()) if forces.size else math.nan,
         moving_mass=force_map.conditions.moving_mass,

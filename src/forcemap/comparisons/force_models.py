@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.campaigns.dataset import CONFIRMING, ImpactDataset, States
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
@@ -21,8 +21,8 @@ from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, Form, form_of
-from forcemap.speeds.basis import doubts_of_fit
-from forcemap.speeds.safe_speed import safe_speed
+from forcemap.speeds.basis import doubts_of_fit, unconfirmed
+from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
 
 _SAME_SPRING = 0.01  # share within which two springs are one
 
@@ -112,6 +112,8 @@ class AllowedSpeed:
     more, less : int or None
         Number of places where it permits more than the standard's contact model, and a speed but no more; None for the
         standard itself.
+    capped : int or None
+        Of `less` the places where nothing faster was measured; None for the standard itself.
     note : Finding or None
         Of a map, at how many places it has no speed, and why; else what the model is.
     warnings : tuple of Finding
@@ -129,6 +131,7 @@ class AllowedSpeed:
     highest: float
     more: int | None
     less: int | None
+    capped: int | None
     note: Finding | None
     warnings: tuple[Finding, ...] = ()
 
@@ -206,9 +209,10 @@ def compare_force_models(
 ) -> Comparison:
     """Compare the measured map with the 2D map and the standard's contact model on the same states.
 
-    The maps are fitted to the states with role train and compared on those with role test; without any, each
-    state is predicted from the others. The 2D map per height is fitted at each height to all states with a
-    training speed, test ones too (paper, section V-C): it is for comparison only.
+    The maps are fitted to the states with role train and compared on those with role test; without enough, each
+    state is predicted from the others. Impacts that are to confirm the map are among all states alone: they are made at
+    its permitted speeds, where any model is better than over the range. The 2D map per height is fitted at each height
+    to all states with a training speed, test ones too (paper, section V-C): it is for comparison only.
 
     Parameters
     ----------
@@ -263,6 +267,7 @@ def compared_maps(dataset: ImpactDataset, form: Form | None = None) -> tuple[lis
     forms = dict.fromkeys((form_of(dataset.conditions, form), CFM_2D))
     maps = [fit_force_map(dataset, form=each) for each in forms]
     test = dataset.independent_test
+    test = test.select(~np.char.startswith(test.state, CONFIRMING))
     has_test = int(np.sum(test.states.impacts > 0)) >= FEWEST_TESTS
     on = ON_TEST if has_test else "leave-one-state-out"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
@@ -417,7 +422,7 @@ def _allowed(
             try:
                 speeds = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=contact)
             except (InputError, BoundNotAvailable) as error:
-                yield AllowedSpeed(force_map.form.name, *case, 0, *nothing, 0, 0, in_words(error.message))
+                yield AllowedSpeed(force_map.form.name, *case, 0, *nothing, 0, 0, 0, in_words(error.message))
                 continue
             without = np.isnan(speeds.speed_to_program)
             confirmed = speeds.speed[~without]
@@ -425,15 +430,18 @@ def _allowed(
             refused = speeds.to_program_reason[without].tolist()
             more = int((confirmed > standard).sum())
             less, said, why = confirmed.size - more, speeds.basis.warnings, _without_speed(refused, len(places))
+            capped = int(((confirmed <= standard) & (speeds.outcome[~without] == SpeedOutcome.CAPPED)).sum())
+            if not confirmed.size:  # there is nothing to confirm
+                said = tuple(each for each in said if each not in unconfirmed(said))
             yield AllowedSpeed(
-                force_map.form.name, *case, confirmed.size, lowest, median, highest, more, less, why, said
+                force_map.form.name, *case, confirmed.size, lowest, median, highest, more, less, capped, why, said
             )
         note = Finding.of(FindingKind.FORMULA)
         if isinstance(limit, ForceLimit) and contact is Contact.TRANSIENT:
             device_error = maps[0].conditions.device.error_or_default
             if refusal := maps[0].phase_two.transient_refusal(limit.quasi_static, device_error):
                 note = note.and_(refusal)
-        yield AllowedSpeed("contact model", *case, 0, standard, standard, standard, None, None, note)
+        yield AllowedSpeed("contact model", *case, 0, standard, standard, standard, None, None, None, note)
 
 
 def _without_speed(refused: Sequence[Finding], places: int) -> Finding | None:

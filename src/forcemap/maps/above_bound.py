@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import SPEED_NOT_STATED, Quantity, States
+from forcemap.campaigns.dataset import (
+    DISAGREEMENT,
+    PLACE_SIZE,
+    SPEED_NOT_STATED,
+    Quantity,
+    States,
+    StateTolerance,
+)
 from forcemap.errors import BoundNotAvailable
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound, ToleranceBound
@@ -18,10 +27,27 @@ would."""
 
 
 def highest_above(force_map: ForceMap, bound: Bound, states: States) -> Mask:
-    """States at places of the measured range of which an impact lies above a bound, at whatever speed, shape (m,)."""
-    low, _ = force_map.measured_range.speeds(states.distance, states.height)
+    """States at places of the measured range, or beside it, of which an impact lies above a bound, at whatever speed,
+    shape (m,)."""
+    low, _ = _speeds_near(force_map, states)
     upper = bound.upper(force_map, states.distance, states.height, states.slowest)
     return np.asarray((np.fmax(states.highest, states.at_least) > upper) & ~np.isnan(low))
+
+
+def _speeds_near(force_map: ForceMap, states: States) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest speed of the map where states were measured, shape (m,); NaN farther outside than a place is
+    wide."""
+    return force_map.measured_range.speeds_near(states.distance, states.height, PLACE_SIZE)
+
+
+def held(force_map: ForceMap, states: States) -> tuple[Mask, FloatArray]:
+    """States that speak for or against a map, shape (m,), and the speed of the map for which each does [m/s].
+
+    That of its slowest repeat; the lowest of the map for one slower. Of one faster than any that was fitted none does.
+    """
+    low, high = _speeds_near(force_map, states)
+    speed_tolerance = StateTolerance.stated(math.nan, force_map.conditions.speed_tolerance).speed
+    return np.asarray(states.slowest <= high + speed_tolerance), np.clip(states.slowest, low, high)
 
 
 def confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
@@ -48,9 +74,8 @@ def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, boo
         return None, False
     place, force = (made.distance, made.height), np.fmax(made.highest, made.at_least)
     names, impact = np.unique(made.name, return_inverse=True)
-    lowest, _ = force_map.measured_range.speeds(*place)
-    slower, speed = made.slowest < lowest, np.fmax(made.slowest, lowest)
-    held = force_map.measured_range.contains(*place, speed)
+    counts, speed = held(force_map, made)
+    slower = made.slowest < speed
 
     def shares(of: Bound) -> tuple[FloatArray, FloatArray]:
         """Upper bound [N] at every place, and the force of each impact as a share of it where that is lowest; 0 where
@@ -59,7 +84,7 @@ def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, boo
             upper = of.upper(force_map, *place, speed)
             upper = np.where(slower, np.maximum(upper, upper_of_slower(force_map, of, *place)), upper)
             least = np.full(len(names), np.inf)
-            np.minimum.at(least, impact, np.where(held, force / upper, np.inf))
+            np.minimum.at(least, impact, np.where(counts, force / upper, np.inf))
         return upper, np.where(np.isfinite(least), least, 0.0)
 
     (upper, share), conditions = shares(bound), force_map.conditions
@@ -71,7 +96,7 @@ def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, boo
         refuses = bool((shares(most)[1] > 1).any())
     except BoundNotAvailable:
         refuses = True
-    of_highest = np.flatnonzero((impact == share.argmax()) & held)
+    of_highest = np.flatnonzero((impact == share.argmax()) & counts)
     i = int(of_highest[np.argmax(upper[of_highest])])
     stated = made.slowest[i] > SPEED_NOT_STATED
     found = Finding.of(
@@ -94,10 +119,25 @@ def unit_of(quantity: Quantity) -> dict[str, str]:
     return {} if quantity is Quantity.FORCE else {"unit": quantity.unit}
 
 
-def far_above(force_map: ForceMap) -> Finding | None:
-    """Repeats far above the others of their state, and above what 999 of 1000 states stay below; None without any.
+def _fitted_there(force_map: ForceMap, states: States) -> FloatArray:
+    """The highest force of the fitted states of which states are repeats, shape (m,) [N]; 0 where they are of none.
 
-    The mean of their state hides them, and the bound that they widen does not reach them: one of them is wrong.
+    A state that is as high as the fitted one shares its error, and tells nothing of the map that was fitted to it.
+    """
+    fitted, conditions = force_map.require_fit().states, force_map.conditions
+    scale = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance).scale
+    apart = np.abs(states.coordinates[:, None] - fitted.coordinates)
+    forces = np.fmax(fitted.highest, fitted.at_least)
+    return np.asarray(np.where((apart <= scale).all(axis=2), forces, 0.0).max(axis=1, initial=0.0))
+
+
+def far_above(force_map: ForceMap, bound: Bound) -> Finding | None:
+    """States of which an impact lies above what 999 of 1000 states stay below; None without any.
+
+    Those whose repeats disagree come first: the mean hides such a repeat, and one of them is wrong. Of test states that
+    lie above the bound, too, and above a fitted one that they repeat, the map does not hold. Impacts that were to
+    confirm it are told by themselves (`confirming_above`), and so are those slower than it holds for
+    (`slower_impacts`).
     """
     fit = force_map.fit
     if fit is None:
@@ -108,8 +148,13 @@ def far_above(force_map: ForceMap) -> Finding | None:
     except BoundNotAvailable:
         return None
     apart = [group.select(np.isin(group.name, fit.disagreeing)) for group in (fit.states, fit.left_out)]
-    groups = [group.select(highest_above(force_map, most, group)) for group in apart if len(group)]
-    found = [group for group in groups if len(group)]
+    apart = [group.select(highest_above(force_map, most, group)) for group in apart if len(group)]
+    of_repeats, test = any(map(len, apart)), fit.test.select(~fit.test.confirms)
+    test = test.select(np.fmax(test.highest, test.at_least) > DISAGREEMENT * _fitted_there(force_map, test))
+    counts, speed = held(force_map, test)
+    test = test.select(counts & (speed <= test.slowest))
+    test = test.select(highest_above(force_map, most, test) & highest_above(force_map, bound, test))
+    found = [group for group in (apart if of_repeats else [test]) if len(group)]
     if not found:
         return None
     force = np.concatenate([np.fmax(group.highest, group.at_least) for group in found])
@@ -117,6 +162,7 @@ def far_above(force_map: ForceMap) -> Finding | None:
     i = int(force.argmax())
     return Finding.of(
         FindingKind.FAR_ABOVE_BOUND,
+        repeat=of_repeats or None,
         names=tuple(dict.fromkeys(name for group in found for name in group.name)),
         force_N=float(force[i]),
         upper_N=float(most.upper(force_map, distance[i], height[i], speed[i])),

@@ -13,13 +13,14 @@ from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTol
 from forcemap.direction import same_direction
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused, few
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.above_bound import confirming_above, highest_above
+from forcemap.maps.above_bound import confirming_above, far_above, points_above
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form, form_of
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.same_impacts import states_alike
 from forcemap.maps.slower_impacts import cover_slower
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
@@ -206,19 +207,19 @@ def require_sound(old_map: ForceMap) -> None:
     if against := contradiction(old_map, ToleranceBound()):
         above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
         raise FitError(f"{refused}: {above}, so it does not hold itself")
-    if failed := few([*_above_bound(old_map)]):
-        raise FitError(f"{refused}: impacts to confirm it, or at contact points, lie above its bound: {failed}")
     if old.drift and old.drift.significant:
         raise FitError(f"{refused}: its forces drifted while it was measured, so it does not hold itself")
+    if failed := few([*_above_bound(old_map)]):
+        raise FitError(f"{refused}: impacts measured more than its bound: {failed}; forcemap speed says which of them")
 
 
 def _above_bound(old_map: ForceMap) -> Iterator[str]:
     """Impacts of an earlier campaign that no carried over map may forget: confirming ones, and those at contact points,
-    that lie above its bound."""
-    bound, at_points = ToleranceBound(), old_map.require_fit().at_points
-    if above := confirming_above(old_map, bound):
+    that lie above its bound, and those of any state far above it."""
+    bound = ToleranceBound()
+    found = (confirming_above(old_map, bound), far_above(old_map, bound), points_above(old_map, bound)[0])
+    for above in filter(None, found):
         yield from above.figure("names")
-    yield from np.array(at_points.name, dtype=np.str_)[highest_above(old_map, bound, at_points)].tolist()
 
 
 def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:
@@ -241,7 +242,8 @@ def _require_new(new: States, campaigns: Sequence[Earlier], dataset: ImpactDatas
     """Refuse states of an earlier campaign among the new ones: counted twice, they would make the bound too low."""
     known = {figures for each in campaigns for figures in _figures(each.states)}
     copies = [name for name, figures in zip(new.uncensored.name, _figures(new), strict=True) if figures in known]
-    if len(copies) > 1:  # one state may agree to the last digit by chance
+    copies = copies if len(copies) > 1 else []  # one state may agree to the last digit by chance
+    if copies := copies or states_alike([new], [each.states for each in campaigns]):
         raise FitError(
             f"found {len(copies)} states of an earlier campaign among the new ones ({', '.join(copies[:3])}, ...), "
             "expected new impacts",

@@ -18,6 +18,9 @@ _FLAT = 1e-5
 (docs/decisions.md)."""
 
 
+_FEW_PLACES = 60  # of which every pair is looked at; qhull, whose import takes longer, finds the corners of more
+
+
 class MeasuredRange:
     """Convex hull of states, closed; it may be flat (one height, one speed).
 
@@ -78,6 +81,33 @@ class MeasuredRange:
         low, high = np.where(low > high, middle, low), np.where(low > high, middle, high)
         return np.where(inside, self._snap(low), np.nan), np.where(inside, self._snap(high), np.nan)
 
+    def speeds_near(self, distance: FloatArray, height: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
+        """The same, and at a place outside those of the nearest place of the range if it is at most `reach` away [m].
+
+        For what was measured: an impact a few millimetres beyond the range speaks for and against its edge.
+        """
+        low, high = self.speeds(distance, height)
+        if (outside := np.isnan(low)).any():
+            places = np.column_stack([distance[outside], height[outside]])
+            nearest = self._nearest(places)
+            near = np.linalg.norm(nearest - places, axis=1) <= reach
+            low[outside], high[outside] = (np.where(near, speed, np.nan) for speed in self.speeds(*nearest.T))
+        return low, high
+
+    def _nearest(self, places: FloatArray) -> FloatArray:
+        """The nearest places of the range to places outside it, both of shape (m, 2) [m].
+
+        They lie on a side of the polygon of the places of the range: of all lines between two of them none is nearer.
+        """
+        corners = _corners(np.unique(self.points[:, :2], axis=0))
+        one, other = np.triu_indices(len(corners))
+        start, way = corners[one], corners[other] - corners[one]
+        length = np.maximum(np.square(way).sum(axis=1), np.finfo(np.float64).tiny)
+        share = np.clip(((places[:, None] - start) * way).sum(axis=2) / length, 0.0, 1.0)
+        on_lines = start + share[..., None] * way
+        away = np.square(on_lines - places[:, None]).sum(axis=2).argmin(axis=1)
+        return np.asarray(on_lines[np.arange(len(places)), away])
+
     def contains(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Mask:
         """True where a state lies in the hull, at a place [m] and speed [m/s]; arguments broadcast."""
         d, h, v = np.broadcast_arrays(*(np.asarray(axis, dtype=np.float64) for axis in (distance, height, speed)))
@@ -97,6 +127,19 @@ class MeasuredRange:
         before, after = measured[index - 1], measured[np.minimum(index, measured.size - 1)]
         nearest = np.where(np.abs(speed - before) <= np.abs(after - speed), before, after)
         return np.where(np.abs(nearest - speed) <= TOLERANCE, nearest, speed)
+
+
+def _corners(places: FloatArray) -> FloatArray:
+    """Places [m] among which all corners of their convex hull are: of many those corners alone."""
+    if len(places) <= _FEW_PLACES:
+        return places
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(places[ConvexHull(places).vertices])
+    except QhullError:  # on a line: its ends
+        along = places @ np.linalg.svd(places - places.mean(axis=0))[2][0]
+        return np.asarray(places[[along.argmin(), along.argmax()]])
 
 
 def _hull(points: FloatArray, axes: FloatArray) -> FloatArray:

@@ -26,6 +26,7 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.carry_over import campaign_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256, read_map
+from forcemap.maps.same_impacts import states_alike
 from forcemap.paths.task import Task, TaskSegment
 from forcemap.speeds.basis import Basis
 
@@ -109,7 +110,7 @@ class Atlas:
         No campaign has a map; a campaign states no direction that a motion can be compared with; two are of different
         robots or safety settings, or of the same contact site, tool and payload in nearly the same direction; a
         recording at a contact point lies in the folder of another campaign than the map that it is held against; two
-        campaigns use one recording.
+        campaigns use the same impacts.
     """
 
     campaigns: tuple[AtlasMap, ...]
@@ -134,18 +135,30 @@ class Atlas:
                     file=self.source or None,
                 )
 
-        self._require_own_recordings()
+        self._require_own_impacts()
         for one, other in itertools.permutations(self.campaigns, 2):
             self._require_points_beside_their_map(one, other)
 
-    def _require_own_recordings(self) -> None:
-        """Refuse a recording that two campaigns use: it was made once, of one direction, site, tool and payload."""
+    def _require_own_impacts(self) -> None:
+        """Refuse what two maps use: an impact was made once, of one direction, site, tool and payload.
+
+        A recording is told by its file; of files that were saved anew, and of map files, the states of several impacts.
+        """
         of = {each.name: _recordings(each.folder) for each in self.campaigns if each.folder is not None}
         for one, other in itertools.combinations(of, 2):
             if shared := [name for digest, name in of[one].items() if digest in of[other]]:
                 raise InputError(
                     f"{len(shared)} recordings of {one} are those of {other}, too (the first: {shared[0]}); "
                     "a recording was made in one of them: take them out of the other, and collect it",
+                    file=self.source or None,
+                )
+        fitted = [(each.name, each.force_map.fit) for each in self.maps if each.force_map and each.force_map.fit]
+        for (first, own), (second, others) in itertools.combinations(fitted, 2):
+            if alike := states_alike(own.of_table, others.of_table):
+                raise InputError(
+                    f"{len(alike)} states of {first} have the forces of states of {second} (the first: "
+                    f"{alike[0]}), as only the same impacts have; they were made for one of the two: measure the other "
+                    "one, or take it out",
                     file=self.source or None,
                 )
 

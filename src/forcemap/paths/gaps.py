@@ -13,7 +13,7 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.direction import DIRECTIONS, WIDEST_ANGLE, direction_vector, direction_words, same_direction
 from forcemap.maps.bounds import FEW_STATES
 from forcemap.paths.atlas import Loaded
-from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome
 
 CARRIED_STATES = 9
 """States that usually carry a map over to another tool or payload (docs/transfer.md)."""
@@ -65,10 +65,11 @@ def map_gaps(speeds: PathSpeeds) -> tuple[Gap, ...]:
         Speeds along the path.
     """
     matched, lengths = speeds.matched, speeds.path.lengths
+    may_be = speeds.outcome != PieceOutcome.NOT_PERMITTED  # no map permits contact that the limits do not
     saved = _saved_per_metre(speeds)
     found = []
     for need, held in matched.held.items():
-        left = np.array([need in needs for needs in matched.needs]) & ~held
+        left = np.array([need in needs for needs in matched.needs]) & ~held & may_be
         measured = [each.direction for each in speeds.atlas.maps if each.loaded == need]
         for _ in range(_MOST):
             words = (matched.stated or _widest(speeds, left, measured)) if left.any() else ""

@@ -94,7 +94,12 @@ class MatchedMaps:
         segments = self.segments_excluded_along(path) if only else tuple(dict.fromkeys(late.tolist()))
         if not segments:
             return ()
-        figures = {"segments": segments, "directions": self.atlas.directions, "only": only}
+        figures = {
+            "segments": segments,
+            "directions": self.atlas.directions,
+            "only": only,
+            "timed": path.time is not None,
+        }
         return (Finding.of(FindingKind.NAMED_LATE, **figures),)
 
     @property

@@ -163,7 +163,10 @@ def _of_pieces(table: Table) -> ToolPath:
         problem = "the piece does not begin where the one before ends, expected all pieces of a path in their order"
         raise table.error(problem, table.rows[int(apart[0]) + 1], PIECE_PLACES[0])
     if (none := np.flatnonzero(~((speeds > 0) & (speeds <= FASTEST)))).size:
-        expected = f"expected a positive number of at most {FASTEST:g} m/s: without permission there is no speed"
+        expected = (
+            f"expected a positive number of at most {FASTEST:g} m/s: a piece without a speed has no permission, or "
+        )
+        expected += "stands before one; mend the path that the factors are of, and write them again"
         found = table.columns[PIECE_SPEED][none[0]]
         raise table.error(f"found {found!r}, {expected}", table.rows[int(none[0])], PIECE_SPEED)
     points, names = np.vstack([begins[:1], ends]), (*table.columns["segment"], "")

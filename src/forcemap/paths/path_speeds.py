@@ -279,12 +279,13 @@ def _path_speeds(
     excluded = np.array([segment.contact is None for segment in segments])
     stated = np.array([segment.speed for segment in segments])
     programmed = _programmed_speeds(path, stated, excluded, task.acceleration)
-    outcome, reason, missing = strictest.outcome, strictest.reason, matched.missing
+    outcome, reason = strictest.outcome, strictest.reason
+    missing = matched.missing & (outcome != PieceOutcome.NOT_PERMITTED)  # no map would permit that
     reason[missing] = matched.reasons(missing)
     outcome[missing] = [_without_map(each) for each in reason[missing]]
     _say_off_direction(strictest, path, matched)
     outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
-    without_speed = missing | np.isinf(strictest.speed)
+    without_speed = matched.missing | np.isinf(strictest.speed)
     speed = np.where(excluded, stated, np.where(without_speed, np.nan, strictest.speed))
     if path.by_one is not None:  # the end that states none may be faster: only that the other is too fast is known
         with np.errstate(invalid="ignore"):
@@ -298,7 +299,7 @@ def _path_speeds(
     return PathSpeeds(
         path=path,
         speed=speed,
-        contact_speed=np.where(excluded | missing, np.nan, strictest.contact),
+        contact_speed=np.where(excluded | matched.missing, np.nan, strictest.contact),
         outcome=outcome,
         reason=reason,
         governed_by=strictest.governed_by,
@@ -466,6 +467,11 @@ class _Strictest:
         self.outcome[changed] = [PieceOutcome(str(outcome)) for outcome in speeds.to_program_outcome[stricter]]
         self.reason[changed] = speeds.to_program_reason[stricter]
 
+    def forbid(self, pieces: Mask, why: Finding, case: str) -> None:
+        """No speed on some pieces, shape (n,), whatever the maps say: contact with a body area is not permitted."""
+        self.speed[pieces], self.contact[pieces], self.limit[pieces] = -np.inf, np.nan, np.nan
+        self.outcome[pieces], self.reason[pieces], self.governed_by[pieces] = PieceOutcome.NOT_PERMITTED, why, case
+
     def parts(self, sizes: Sequence[int]) -> list[_Strictest]:
         """The same for paths of so many pieces one after the other, each with what its own pieces rest on."""
         columns, ends = dict(vars(self)), np.cumsum(sizes).tolist()
@@ -505,6 +511,8 @@ def _strictest(
         strictest.standard[threatened] = np.minimum(strictest.standard[threatened], standard)
         strictest.standard_newtons[stricter] = limit.force(contact) if limit.permitted else np.nan
         strictest.standard_case[stricter] = f"{area}, {contact}"
+        if why := limit.refusal:
+            strictest.forbid(threatened, why, f"{area}, {contact}")
         for entry, off_angle in zip(matched[0].atlas.maps, off_angles, strict=True):
             assert entry.force_map is not None
             for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):

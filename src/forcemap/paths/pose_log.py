@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -56,7 +56,8 @@ def read_pose_log(
         lines = lines_of(content)
         layout = find_layout(lines, known)
         _refuse_other_lengths(layout, columns["length_unit"])
-        block = read_numbers(lines, layout)
+        block = read_numbers(lines, layout, unnamed=True)
+        _require_named(block.labels, layout)
         refuse_doubtful_decimal(lines, layout)
         if block.notes:  # a path that ends too early hides what comes after
             raise RecordingError(f"{block.notes[0]}: expected a whole log; take it out, or export the log again")
@@ -106,6 +107,13 @@ def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
     except InputError as error:
         own = {theirs: name for name, theirs in _CALLED.items()}
         raise InputError(error.message, column=own.get(error.column or "", error.column)) from None
+
+
+def _require_named(names: Sequence[str], layout: Layout) -> None:
+    """Refuse a row without the name of a segment; at the last none begins."""
+    if (curve := layout.selection.curve) is not None and "" in names[:-1]:
+        expected = "expected that of the segment whose motion begins at this row (at the last none does)"
+        raise RecordingError(f"found no name, {expected}", row=layout.row + names.index(""), column=layout.name(curve))
 
 
 def _refuse_slow(time: FloatArray, column: str, entry: str) -> None:

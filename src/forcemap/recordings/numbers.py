@@ -35,8 +35,8 @@ class NumberBlock:
     notes: tuple[str, ...]
 
 
-def read_numbers(content: bytes, layout: Layout) -> NumberBlock:
-    """All rows of numbers in the columns read, in the units of the file.
+def read_numbers(content: bytes, layout: Layout, *, unnamed: bool = False) -> NumberBlock:
+    """All rows of numbers in the columns read, in the units of the file; with `unnamed` a curve's name may be empty.
 
     Raises
     ------
@@ -51,12 +51,12 @@ def read_numbers(content: bytes, layout: Layout) -> NumberBlock:
         values = plain_numbers(chunk, layout)
         if values is None:
             try:
-                values, names = checked_numbers(chunk, layout, row)
+                values, names = checked_numbers(chunk, layout, row, unnamed)
             except RecordingError as error:
                 length = _length_of_lines(chunk, (error.row or row) - row)
                 if not _is_trailer(content[start + length : end], layout):
                     raise
-                values, names = checked_numbers(chunk[:length], layout, row)
+                values, names = checked_numbers(chunk[:length], layout, row, unnamed)
                 trailer = True
             labels += names
         blocks.append(values)
@@ -138,7 +138,7 @@ def plain_numbers(chunk: bytes, layout: Layout) -> FloatArray | None:
     return values if len(values) == rows else None
 
 
-def checked_numbers(chunk: bytes, layout: Layout, row: int) -> tuple[FloatArray, list[str]]:
+def checked_numbers(chunk: bytes, layout: Layout, row: int, unnamed: bool = False) -> tuple[FloatArray, list[str]]:
     """The columns read of whole lines, and their curves, every cell checked; `row` is the first of them.
 
     Raises
@@ -170,7 +170,7 @@ def checked_numbers(chunk: bytes, layout: Layout, row: int) -> tuple[FloatArray,
                 raise _no_number(cell, layout, line_row, column)
         if curve is not None:
             labels.append(cells[curve].strip())
-            if not labels[-1]:
+            if not (labels[-1] or unnamed):
                 raise RecordingError("found no name of a curve, expected one", row=line_row, column=layout.name(curve))
     return np.array(values, dtype=np.float64).reshape(-1, len(numbers)), labels
 

@@ -91,6 +91,7 @@ _FOLDED = frozenset(symbol.casefold() for symbol in _SYMBOLS)
 _WITH_ANOTHER = re.compile(rf"(?:{'|'.join(map(re.escape, _SYMBOLS))})\s?[/*·⋅^].*")
 _PARTS = re.compile(r"\s?[/*·⋅^]\s?|(?<=\w)\s(?=\w)")
 
+_ANY_BRACKET = re.compile(r"[\[\](){}<>]")
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
 _LAST = re.compile(r".*?(\s+in\s+|\s*[,/]\s*|[_\s.-]\s*)([^\s,_\[\](){}<>]+(?:\s?[/*·]\s?[^\s,_\[\](){}<>]+)?)\s*")
 _NO_UNIT = re.compile(
@@ -113,6 +114,22 @@ _GROWN = re.compile(
     r"(?:(?<=[^\W\d_])(?:k|da|h|d|c|m|M|µ|n|·)|(?<![^\W\d_])(?:[kK]ilo|[dD]e[ck]a|[hH]e[ck]to|[mM]illi))"
     r"N(?![A-Za-z])"
 )
+# a force with a length or a time is a torque, a stiffness or an impulse, however both are joined: "mNm", "N_m", "ft-lb"
+_POUNDS = "kgf?|kp|lbf?|ozf?"
+_PRODUCT = re.compile(
+    rf"(?<![^\W\d_])(?:(?:(?:da|[khdcmunµMG])?N|[nN]ewtons?|{_POUNDS})(?:[\s_.·*^-]|per|pro|p|x)*"
+    rf"(?:[cmdkµ]?m(?:et(?:er|re|ro)s?)?|m?s(?:ec(?:onds?)?)?|ft)|(?:{_POUNDS})[\s_.·*-]*in(?:ch(?:es)?)?|"
+    rf"(?:ft|in|inch|[cmk]?m)[\s_.·*-]*(?:{_POUNDS})s?)(?![^\W_])"
+)
+_NO_FORCE_WORDS = """
+    torque torsion moment moments momente drehmoment mx my mz stiffness steifigkeit impulse impuls energy energie
+"""
+_NO_FORCE, _FORCE = (
+    frozenset(_NO_FORCE_WORDS.split()),
+    frozenset(("force", "forces", "kraft", "f", "fx", "fy", "fz", "fn")),
+)
+_AFTER_UNIT = re.compile(r"[\])}>]\s*(?:[/*·]|(?:per|pro)\b)")
+_DOTS = dict.fromkeys(map(ord, "∙⋅•×"), ord("·"))
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
 )
@@ -144,6 +161,17 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
     text = _plain(name)
     if len(text) > LONGEST_NAME:
         return None
+    found = _stated_unit(text, alone, of_time)
+    if of_time or not (found is None or isinstance(found, ForceUnit)):
+        return found
+    words = {*_words(text)}
+    of_another = found is not None and not _NO_FORCE.isdisjoint(words) and _FORCE.isdisjoint(words)
+    of_another |= found is not None and _AFTER_UNIT.search(text) is not None
+    return text if of_another or _PRODUCT.search(_ANY_BRACKET.sub(" ", text)) else found
+
+
+def _stated_unit(text: str, alone: bool, of_time: bool) -> Unit | str | None:
+    """The unit that a name seems to state; arguments and result as in `stated_unit`."""
     if _FACTOR.search(text) or not _POWERS_OF_TEN.isdisjoint(_words(text)):
         return text
     if not of_time and not alone and not in_brackets(text) and _GROWN.search(text) and not _known(text):
@@ -240,7 +268,7 @@ def _known(text: str, *, one_letter: bool = False) -> Unit | str | None:
 
 def _plain(text: str) -> str:
     """One sign for micro, no blanks or quotes around."""
-    return text.translate(_FULL_WIDTH).replace("μ", "µ").replace('"', " ").strip()
+    return text.translate(_FULL_WIDTH | _DOTS).replace("μ", "µ").replace('"', " ").strip()
 
 
 def in_brackets(text: str) -> bool:

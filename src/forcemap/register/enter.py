@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, select
+from sqlalchemy import Connection, Row, func, select
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, normalised
 from forcemap.errors import CampaignFileError, InputError, RegisterError, nearest_names, one_line
@@ -338,6 +338,27 @@ def cells_with(connection: Connection, digests: Sequence[str], cell: int | None)
         query = columns.where(IMPACTS.c.recording_id.in_(known[start : start + _AT_ONCE]), CELLS.c.id != (cell or 0))
         found |= {joined(*row) for row in connection.execute(query.distinct())}
     return tuple(sorted(found))
+
+
+def entered_before(connection: Connection, content: CampaignContent, cell: int) -> tuple[tuple[str, str, str], ...]:
+    """What a campaign states otherwise than an earlier one with some of its recordings, of the cell or of none, as
+    (name, then, now).
+
+    A recording was made once, on one day under one set of conditions; what one of the two leaves open is no difference.
+    """
+    digests = [entry.sha256 for entry, _ in content.impacts()]  # those at contact points, too
+    known = list(_known_recordings(connection, list(dict.fromkeys(digests))).values())
+    query = select(CAMPAIGNS.c.conditions, CAMPAIGNS.c.measured_on).join_from(IMPACTS, CAMPAIGNS)
+    query = query.where(func.coalesce(CAMPAIGNS.c.cell_id, cell) == cell, CAMPAIGNS.c.sha256 != content.sha256)
+    now = {**content.conditions, "date": content.measured[1]}
+    found: dict[tuple[str, str, str], None] = {}
+    for start in range(0, len(known), _AT_ONCE):
+        rows = connection.execute(query.where(IMPACTS.c.recording_id.in_(known[start : start + _AT_ONCE])).distinct())
+        for conditions, measured_on in rows:
+            then = {**json.loads(conditions), "date": measured_on}
+            both = ((name, then.get(name), text) for name, text in now.items())
+            found |= {(name, was, text): None for name, was, text in both if was and text and was != text}
+    return tuple(found)
 
 
 def _add_campaign(action: Action, content: CampaignContent, cell: int | None) -> int:

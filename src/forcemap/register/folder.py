@@ -20,6 +20,18 @@ from forcemap.campaigns.recordings_table import MEASURED_ON, Entry, Use, read_re
 from forcemap.errors import CampaignFileError, one_line
 from forcemap.words import sentence
 
+_ENTRIES = {
+    "robot": "robot.model, protocol.robot_serial_number",
+    "controller": "robot.controller",
+    "firmware": "robot.firmware",
+    "safety_checksum": "protocol.safety_checksum",
+    "tool": "tool.name",
+    "program": "protocol.program",
+    "covers": "tool.covers",
+    "device": "device.model, protocol.device_serial_number",
+}
+"""Where campaign.toml states the conditions of a cell."""
+
 
 @dataclass(frozen=True, eq=False)
 class CampaignContent:
@@ -65,6 +77,11 @@ class CampaignContent:
             "device": self.device,
         }
         return {kind: one_line(text).strip() or None for kind, text in texts.items()}
+
+    @property
+    def not_stated(self) -> list[str]:
+        """Entries of campaign.toml that a condition needs and that are not stated."""
+        return [f"{kind} ({_ENTRIES[kind]})" for kind, text in self.conditions.items() if text is None]
 
     @property
     def device(self) -> str:

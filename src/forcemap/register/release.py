@@ -14,15 +14,19 @@ from sqlalchemy import ColumnElement, Connection, FromClause, case, func, or_, s
 import forcemap as fm
 from forcemap.assessment.missing import present
 from forcemap.assessment.point_results import PointOutcome
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.point_list import POINTS_FOLDER
+from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.state import CONFIRMING
+from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, NotReleasable, RegisterError, few
 from forcemap.exports.robot_table import require_exportable
 from forcemap.files import file_sha256, read_bytes, stated_date
 from forcemap.findings import Finding, FindingKind
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
-from forcemap.register.enter import cells_with, facts_of, require_cell
+from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import Released, failed
 from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, IMPACTS, RELEASES, USES, WITHDRAWALS
@@ -132,9 +136,17 @@ def release(
     refused = _require_report(written, content, found)
     if point in refused:
         raise NotReleasable(f"nothing is released of point {point}: its report does not permit it", file=str(written))
+    if unstated := content.not_stated:
+        how = f"state it in {content.folder / CAMPAIGN_FILE}, collect, report and enter again"
+        raise NotReleasable(
+            f"nothing is released: what its impacts were measured under is not known: {'; '.join(unstated)}; {how}"
+        )
     with register.writing() as connection:
         number, cell = require_cell(connection, cell)
         action = Action(register, connection, person)
+        if before := entered_before(connection, content, number):
+            said = [sentence(Finding.of(FindingKind.RELEASED_ENTERED_BEFORE, changes=before))]
+            found = replace(found, speeds=found.speeds | {"warnings": [*said, *found.speeds["warnings"]]})
         found = _beside_points(found, refused if content.points else _refused_before(connection, number))
         values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
@@ -292,6 +304,9 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
         raise NotReleasable(f"nothing is released of point {name}: {'; '.join(sentences(result.lacks))}")
     bases: list[Basis] = []
     bound, digest, form = "impacts at the point", None, ""
+    of_campaign = content.campaign.conditions
+    if content.dataset is None and any(entry.use is Use.USED for entry in content.campaign.entries):
+        raise NotReleasable(f"nothing is released of point {name}: there is no {TABLE_FILE}; run forcemap collect")
     if content.dataset is not None:
         table = content.dataset
         phase_two, binding = table.phase_two, table.binding
@@ -309,7 +324,9 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     speeds = {**ends, "outcome": str(result.outcome), "confirmed_by": list(result.confirmed_by)}
     speeds |= _said(bases, result.rests_on)
     held = [note for note in result.rests_on if note.kind is FindingKind.POINT_HELD_AS_FREE]
-    speeds["warnings"] = [*sentences(held), *speeds["warnings"]]
+    units = unit_finding(of_campaign)
+    doubts = [*of_campaign.doubts, *([units] if units and units.figure("missing") else [])]
+    speeds["warnings"] = list(dict.fromkeys([*sentences(held), *speeds["warnings"], *sentences(doubts)]))
     along = [note for note in result.rests_on if note.kind is FindingKind.ALONG_ONLY]
     speeds |= {"holds_for": sentence(along[0])} if along else {}
     return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest, form)

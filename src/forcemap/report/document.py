@@ -237,7 +237,7 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     counted = "no impact can be used"
     if not isinstance(a.dataset, Missing):
         counted = f"{len(a.dataset.speed)} impacts in {len(a.dataset.states)} states"
-        counted += f", {int(a.dataset.censored.sum())} of them above the device range" * bool(a.dataset.censored.any())
+        counted += f", {int(a.dataset.censored.sum())} of them saturated" * bool(a.dataset.censored.any())
     measured = (
         f"Measured: {counted}, with {device_words(c)}, {c.date or 'date not stated'}, by {c.operator or 'not stated'}"
     )

@@ -35,7 +35,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.above_bound import confirming_above, far_above, points_above, unit_of
+from forcemap.maps.above_bound import confirming_above, far_above, held, points_above, unit_of
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, untested_margin, weakness
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
@@ -196,7 +196,7 @@ def basis_of(
     raised = basis.raised * off_axis
     exceeded, refuses = (None, None) if weak else _measured_above(force_map, bound, basis.newtons, raised)
     at_points, refuse = (None, False) if weak else points_above(force_map, bound)
-    against = (at_points if refuse else None) or far_above(force_map)
+    against = (at_points if refuse else None) or far_above(force_map, bound)
     measured = tuple(filter(None, (slower.refusal, contradicted, refuses, against)))
     notes = map_notes(force_map, bound, confirmed)
     return replace(
@@ -331,10 +331,8 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
     The arguments are those of `exceeded_where_permitted`; limits of shape (n,).
     """
     for group in force_map.fit.measured if force_map.fit and not np.isnan(limits).all() else ():
-        low, _ = force_map.measured_range.speeds(group.distance, group.height)
-        speed = np.maximum(group.slowest, low)  # slower than was fitted there: permitted if the slowest fitted speed is
-        within = np.flatnonzero(force_map.measured_range.contains(group.distance, group.height, speed))
-        inside, speed = group.select(within), speed[within]
+        counts, speed = held(force_map, group)  # slower than was fitted there: permitted if the slowest fitted speed is
+        inside, speed = group.select(counts), speed[counts]
         measured = np.fmax(inside.highest, inside.at_least)
         at_place = inside.distance, inside.height
         slower = np.where(inside.slowest < speed, upper_of_slower(force_map, bound, *at_place), 0.0)
@@ -372,7 +370,7 @@ def against_bound(force_map: ForceMap, bound: Bound) -> tuple[Finding, ...]:
         return tuple(others)
     found = (
         *(contradiction(force_map, bound), confirming_above(force_map, bound)),
-        *(points_above(force_map, bound)[0], far_above(force_map)),
+        *(points_above(force_map, bound)[0], far_above(force_map, bound)),
     )
     return (*filter(None, found), *others)
 

@@ -122,7 +122,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
         if other.quantity is Quantity.PRESSURE:
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
         at_points, refuse = points_above(other, bound)
-        measured = confirming_above(other, bound) or (at_points if refuse else None) or far_above(other)
+        measured = confirming_above(other, bound) or (at_points if refuse else None) or far_above(other, bound)
         refusals += filter(None, (slower.refusal, contradiction(other, bound), measured))
     weak = None if refusals else weakness(bound, other)
     exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)

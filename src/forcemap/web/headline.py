@@ -140,8 +140,10 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
             return NextStep(sentence=f"{ask}; {said}", states=[], command=_FORMS.format(name))
         return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
     plan = found.plan
-    rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
-    states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
+    columns = [plan.distance, plan.height, plan.speed, plan.expected_force, found.upper_force]
+    rows = np.unique(np.column_stack(columns), axis=0).tolist()
+    names = ("distance_m", "height_m", "speed_mps", "expected_force_N", "upper_force_N")
+    states = [dict(zip(names, row, strict=True)) for row in rows]
     before = "first confirm the speeds that there are (forcemap confirm)"
     if case.confirmed_by:
         confirmed = f"{case.confirmed_by} impacts confirm the map"

@@ -282,7 +282,10 @@ def _choice(
     if force_map is None or aim.known is None or aim.seen is None:
         return _opening(aim, now, expected_force or StandardExpectation.of(aim.conditions), no_bound)
     if refused:
-        return _where_exceeded(aim, now, force_map, aim.known, aim.seen, refused)
+        again = _where_exceeded(aim, now, force_map, aim.known, aim.seen, refused)
+        far = all(each.kind is FindingKind.FAR_ABOVE_BOUND for each in refused)
+        if not (far and isinstance(again, NextMeasurements)):  # else around it, where it can be read
+            return again
     return _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
 
 

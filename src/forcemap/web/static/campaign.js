@@ -29,7 +29,7 @@ async function step() {
   const doubts = (answer?.warnings ?? []).filter((warning) => !known.includes(warning));
   const parts = [said, ...doubts.map((textContent) => Object.assign(document.createElement("p"), { className: "problem", textContent }))];
   if (answer?.states?.length) {
-    const places = answer.states.slice(0, 4).map((state) => `${state.distance_m.toFixed(2)} m, ${state.height_m.toFixed(2)} m at ${state.speed_mps.toFixed(2)} m/s`);
+    const places = answer.states.slice(0, 4).map((state) => `${state.distance_m.toFixed(2)} m, ${state.height_m.toFixed(2)} m at ${state.speed_mps.toFixed(2)} m/s (${state.expected_force_N.toFixed(0)} N expected, at most ${state.upper_force_N.toFixed(0)} N)`);
     const more = answer.states.length - places.length;
     parts.push(Object.assign(document.createElement("p"), { className: "note", textContent: `${places.join("; ")}${more ? ` and ${more} more` : ""}` }));
   }
