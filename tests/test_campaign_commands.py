@@ -171,6 +171,8 @@ class TestCollect:
         case = ("--distance", 0.7, "--height", 0.3, "--limit-N", 200, "--contact", "quasi-static")
         said = " ".join(forcemap("speed", folder, *case)[1].split())
         assert ("! SPEED COMMANDED, error not stated" in said) is not entered
+        first = [finding.kind for finding in fm.assess_campaign(folder).findings]
+        assert ("speed_error_not_stated" in first) is not entered
 
     def test_what_bars_every_speed_comes_before_the_next_step(self, forcemap, tmp_path):
         folder = write_campaign(tmp_path / "campaign", toml=STATED)

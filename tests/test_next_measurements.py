@@ -427,6 +427,7 @@ class TestSaturated:
             new = planned_states(found.plan)
             inwards = (new[:, 0] <= out) & (new[:, 0] > out - 0.1) & (np.abs(new[:, 1] - 0.3) < 0.09)
             assert np.any(inwards & (new[:, 2] >= 0.2)) != saturated
+            assert any(each.kind is FindingKind.FAR_ABOVE_BOUND for each in found.warnings) == saturated
 
     def test_what_exceeded_the_limit_is_measured_again(self):
         """More states elsewhere would leave the limit refused; fitted, it tells the map."""

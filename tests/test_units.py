@@ -354,6 +354,16 @@ def test_a_torque_a_stiffness_or_an_impulse_is_never_read_as_a_force(unit, name)
     assert not isinstance(found, ForceUnit)
 
 
+@pytest.mark.parametrize("name", ["Force ×10 [N]", "Force x10 [N]", "10× N", "Kraft [N] × 10", "F ×100 N", "N × 10"])
+def test_a_factor_beside_a_unit_is_never_passed_over(name):
+    found = stated_unit(name)
+    assert found is not None
+    assert not isinstance(found, ForceUnit)
+    inside = name.replace("[N]", "N")
+    remarked = remarked_units(f"# column 2: F [{inside}]", of_time=False)
+    assert not any(isinstance(unit, ForceUnit) for unit in remarked)
+
+
 @pytest.mark.parametrize(
     "name",
     ["Torque [N]", "Mz [N]", "Drehmoment in N", "Stiffness [N]", "Force [N]/mm", "Force [N] per mm", "Force (N)m",

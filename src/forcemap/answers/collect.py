@@ -8,7 +8,7 @@ from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.answers.form_test import DriftAnswer
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
-from forcemap.campaigns.impacts_table import speeds_not_entered
+from forcemap.campaigns.impacts_table import as_entered
 from forcemap.campaigns.point_list import POINT_REGISTER
 from forcemap.campaigns.point_recordings import point_names
 from forcemap.campaigns.repeatability import repeatability
@@ -134,8 +134,8 @@ class CollectAnswer(Answer):
     def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset) -> CollectAnswer:
         """The answer for a campaign read after `build_dataset`, and the dataset that this returned."""
         summary = campaign_summary(campaign, dataset)
-        without_speeds = speeds_not_entered(campaign.register_file, campaign.conditions)
-        entered = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED)] * without_speeds
+        as_stated = campaign.conditions.speed_kind == as_entered(campaign.conditions, campaign.folder).speed_kind
+        entered = [] if as_stated else [Finding.of(FindingKind.SPEEDS_NOT_ENTERED)]
         refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
         of_points = len(point_names(campaign.folder))
         return cls.from_result(

@@ -30,7 +30,7 @@ from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, Quantity
-from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.impacts_table import TABLE_FILE, as_entered, read_dataset
 from forcemap.campaigns.not_stated import NotStated, not_stated
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.protocol import Protocol, read_protocol
@@ -346,7 +346,7 @@ def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
     dataset = dataset if isinstance(dataset, Missing) else withheld_by(findings, dataset)
-    findings += conditions.doubts
+    findings += as_entered(conditions, stated.folder).doubts
     return _Measured(recordings, dataset, conditions, simulated, tuple(findings))
 
 
@@ -493,7 +493,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
     records = attempt(lambda: read_campaign(stated.folder))
     dataset = attempt(lambda: read_dataset(stated.folder, conditions=stated.conditions))
     broken = None if isinstance(dataset, Missing) else dataset.binding.reason
-    said = (*([broken] if broken else []), *stated.conditions.doubts)
+    said = (*([broken] if broken else []), *as_entered(stated.conditions, stated.folder).doubts)
     simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
     measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, said)
     bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)

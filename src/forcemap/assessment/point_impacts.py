@@ -237,7 +237,8 @@ def _of_file(
         yield PointImpact(recording.name, point.recorded_at, not_judged=why, own=True)
     for each in recording.recorded:
         pressure = recording_pressure(film, each, point.limit, point.contact)
-        peak = max((impact.verdict_peak_force for impact in each.impacts), default=math.nan)
+        peaks = (impact.verdict_peak_force for impact in each.impacts)
+        peak = max((force for force in peaks if not math.isnan(force)), default=math.nan)
         slip = single_unit_finding(film[1], point.recorded_at, peak)
         several = in_words("one film of a file with several recordings, expected a file for each recording")
         unclear = several if pressure and len(recording.recorded) > 1 else None

@@ -103,16 +103,18 @@ def read_dataset(
     bound = dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
     if table.name != TABLE_FILE:
         return bound
-    if speeds_not_entered(table.parent / REGISTER_FILE, bound.conditions):
-        bound = replace(bound, conditions=replace(bound.conditions, speed_kind="commanded"))
+    bound = replace(bound, conditions=as_entered(bound.conditions, table.parent))
     others = at_other_sites(table.parent, dataset.conditions.contact_site)
     return replace(bound, at_points=measured_at_points(table.parent, dataset.conditions), other_sites=others)
 
 
-def speeds_not_entered(register: Path, conditions: Conditions) -> bool:
-    """Whether a campaign says that its speeds are measured, though its register holds none: the planned ones count."""
+def as_entered(conditions: Conditions, folder: Path) -> Conditions:
+    """Conditions of a campaign, whose speeds count as commanded if its register holds none that was measured: then the
+    planned ones are used."""
+    register = folder / REGISTER_FILE
     entries = read_register(register) if conditions.speed_kind == "measured" and register.exists() else ()
-    return bool(entries) and all(math.isnan(entry.speed) for entry in entries)
+    entered = not entries or any(not math.isnan(entry.speed) for entry in entries)
+    return conditions if entered else replace(conditions, speed_kind="commanded")
 
 
 def _not_there(folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""What was measured above a map's bound, whatever the limit: to confirm it, at contact points, by one of repeats."""
+"""What was measured above a map's bound, whatever the limit: to confirm or test it, at contact points, by a repeat."""
 
 from __future__ import annotations
 

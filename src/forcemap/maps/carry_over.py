@@ -13,7 +13,7 @@ from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTol
 from forcemap.direction import same_direction
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused, few
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.above_bound import confirming_above, far_above, points_above
+from forcemap.maps.above_bound import confirming_above, far_above, held, highest_above, points_above
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
@@ -216,10 +216,12 @@ def require_sound(old_map: ForceMap) -> None:
 def _above_bound(old_map: ForceMap) -> Iterator[str]:
     """Impacts of an earlier campaign that no carried over map may forget: confirming ones, and those at contact points,
     that lie above its bound, and those of any state far above it."""
-    bound = ToleranceBound()
+    bound, at_points = ToleranceBound(), old_map.require_fit().at_points
     found = (confirming_above(old_map, bound), far_above(old_map, bound), points_above(old_map, bound)[0])
-    for above in filter(None, found):
-        yield from above.figure("names")
+    faster = at_points.select(~held(old_map, at_points)[0])  # than the map holds for: its bound continued
+    names = [name for above in found if above for name in above.figure("names")]
+    names += np.array(faster.name, dtype=np.str_)[highest_above(old_map, bound, faster)].tolist()
+    yield from dict.fromkeys(names)
 
 
 def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:

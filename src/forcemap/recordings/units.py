@@ -117,7 +117,7 @@ _GROWN = re.compile(
 # a force with a length or a time is a torque, a stiffness or an impulse, however both are joined: "mNm", "N_m", "ft-lb"
 _POUNDS = "kgf?|kp|lbf?|ozf?"
 _PRODUCT = re.compile(
-    rf"(?<![^\W\d_])(?:(?:(?:da|[khdcmunµMG])?N|[nN]ewtons?|{_POUNDS})(?:[\s_.·*^-]|per|pro|p|x)*"
+    rf"(?<![^\W\d_])(?:(?:(?:da|[khdcmunµMG])?N|[nN]ewtons?|{_POUNDS})(?:[\s_.·*×^-]|per|pro|p|x)*"
     rf"(?:[cmdkµ]?m(?:et(?:er|re|ro)s?)?|m?s(?:ec(?:onds?)?)?|ft)|(?:{_POUNDS})[\s_.·*-]*in(?:ch(?:es)?)?|"
     rf"(?:ft|in|inch|[cmk]?m)[\s_.·*-]*(?:{_POUNDS})s?)(?![^\W_])"
 )
@@ -129,7 +129,7 @@ _NO_FORCE, _FORCE = (
     frozenset(("force", "forces", "kraft", "f", "fx", "fy", "fz", "fn")),
 )
 _AFTER_UNIT = re.compile(r"[\])}>]\s*(?:[/*·]|(?:per|pro)\b)")
-_DOTS = dict.fromkeys(map(ord, "∙⋅•×"), ord("·"))
+_DOTS = dict.fromkeys(map(ord, "∙⋅•"), ord("·"))
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
 )
@@ -226,7 +226,10 @@ def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
     (['kgf'], [])
     """
     if line.lstrip().startswith(("#", "%", "//")):
-        bracketed = (part for text in _BRACKETS.findall(_plain(line)) for part in re.split(r"[\s-]+", text.strip()))
+        texts = _BRACKETS.findall(_plain(line))
+        if not of_time and (factors := [text for text in texts if _FACTOR.search(text)]):
+            return [*factors]
+        bracketed = (part for text in texts for part in re.split(r"[\s-]+", text.strip()))
         in_comment = list(_of_kind(bracketed, of_time))
         if in_comment:
             return in_comment

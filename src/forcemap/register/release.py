@@ -15,7 +15,7 @@ import forcemap as fm
 from forcemap.assessment.missing import present
 from forcemap.assessment.point_results import PointOutcome
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
-from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.impacts_table import TABLE_FILE, as_entered
 from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.state import CONFIRMING
@@ -304,7 +304,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
         raise NotReleasable(f"nothing is released of point {name}: {'; '.join(sentences(result.lacks))}")
     bases: list[Basis] = []
     bound, digest, form = "impacts at the point", None, ""
-    of_campaign = content.campaign.conditions
+    of_campaign = as_entered(content.campaign.conditions, content.folder)
     if content.dataset is None and any(entry.use is Use.USED for entry in content.campaign.entries):
         raise NotReleasable(f"nothing is released of point {name}: there is no {TABLE_FILE}; run forcemap collect")
     if content.dataset is not None:

@@ -286,6 +286,7 @@ def _choice(
         far = all(each.kind is FindingKind.FAR_ABOVE_BOUND for each in refused)
         if not (far and isinstance(again, NextMeasurements)):  # else around it, where it can be read
             return again
+        now = replace(now, warnings=(*refused, *now.warnings))
     return _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
 
 
