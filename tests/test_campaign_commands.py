@@ -148,31 +148,36 @@ class TestCollect:
         assert "Every planned run is there" in out
         assert "Transient limit: may be used" in out
 
-    @pytest.mark.parametrize("entered", [False, True])
+    @pytest.mark.parametrize("missing", [54, 1, 0])
     def test_speeds_that_are_said_to_be_measured_and_were_not_entered_count_as_commanded(
-        self, forcemap, tmp_path, entered
+        self, forcemap, tmp_path, missing
     ):
-        """The planned ones are used, so nothing tells how far off they are."""
+        """The planned ones are used for them, so nothing tells how far off these are."""
         toml = STATED.replace("[contact]\n", '[contact]\nspeed = "measured"\n')
         assert "measured" in toml
         folder = write_campaign(tmp_path / "campaign", toml=toml, repeats=2)
         out = " ".join(forcemap("collect", folder)[1].split())
-        if entered:
+        if missing < 54:
             register = folder / "recordings.csv"
             rows = list(csv.DictReader(register.read_text().splitlines()))
-            for row in rows:
+            for row in rows[missing:]:
                 row["speed_mps"] = f"{float(row['state_id'].split('-v')[1]) / 1000:.3f}"
             with register.open("w", newline="") as file:
                 writer = csv.DictWriter(file, rows[0])
                 writer.writeheader()
                 writer.writerows(rows)
             out = " ".join(forcemap("collect", folder)[1].split())
-        assert ("SPEEDS NOT ENTERED: contact.speed says measured" in out) is not entered
+        first = (
+            f"SPEEDS NOT ENTERED: contact.speed says measured, and {missing} of 54 recordings have no measured speed"
+        )
+        assert (first in out) == ("NOT ENTERED" in out) == (missing > 0)
         case = ("--distance", 0.7, "--height", 0.3, "--limit-N", 200, "--contact", "quasi-static")
-        said = " ".join(forcemap("speed", folder, *case)[1].split())
-        assert ("! SPEED COMMANDED, error not stated" in said) is not entered
+        other = shutil.copy(folder / "impacts.csv", folder / "renamed.csv")
+        for table in (folder, other):
+            said = " ".join(forcemap("speed", table, *case)[1].split())
+            assert ("! SPEED COMMANDED, error not stated" in said) is (missing > 0)
         first = [finding.kind for finding in fm.assess_campaign(folder).findings]
-        assert ("speed_error_not_stated" in first) is not entered
+        assert ("speed_error_not_stated" in first) is (missing > 0)
 
     def test_what_bars_every_speed_comes_before_the_next_step(self, forcemap, tmp_path):
         folder = write_campaign(tmp_path / "campaign", toml=STATED)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracle import simulate
+from oracle import printed_force, simulate
 from scipy import integrate, optimize, stats
 
 import forcemap as fm
@@ -206,3 +206,34 @@ def test_the_mode_of_a_lower_bounds_effect_is_where_its_density_is_largest():
         u = np.linspace(-1, 12, 130_001)
         log_density = -0.5 * u**2 + count[i] * log_ndtr((m[i] + sd[i] * u - threshold[i]) / noise)
         assert abs((mode - m[i]) / sd[i] - u[log_density.argmax()]) < 2e-3
+
+
+@pytest.mark.parametrize("form", [fm.CFM_3D, fm.LOG_SPEED])
+def test_a_state_known_as_at_least_alone_changes_no_standard_error(form):
+    """Far below the map's force it tells nothing: the errors are those of the others, in numpy from equation 10."""
+    rng = np.random.default_rng(4)
+    plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.2, 0.4), repeats=1, again=0)
+    at = np.column_stack([plan.distance, plan.height, plan.speed])
+    _, place = np.unique(at[:, :2].round(6), axis=0, return_inverse=True)
+    force = printed_force("ur10e", *at.T) * np.exp(
+        rng.normal(0, 0.02, place.max() + 1)[place] + rng.normal(0, 0.004, 27)
+    )
+    highest = int(force.argmax())
+    force[highest] *= 0.5
+    given = {"distance": at[:, 0], "height": at[:, 1], "speed": at[:, 2], "peak_force": force}
+    given |= {"state": [f"s{i}" for i in range(27)], "censored": np.arange(27) == highest}
+    fit = fm.fit_force_map(fm.ImpactDataset.from_arrays(**given), form=form).require_fit()
+    known = np.arange(27) != highest
+    rows, own = form.design(*at[known].T), place[known]
+    same = own[:, None] == own
+
+    def errors(rho):
+        effect = fit.place_effect
+        inverse = np.linalg.inv(effect.correlation * same + (1 - effect.correlation) * np.eye(26))
+        estimator = np.linalg.solve(rows.T @ inverse @ rows, rows.T @ inverse)
+        return np.sqrt(np.diag(estimator @ (rho * same + (1 - rho) * np.eye(26)) @ estimator.T))
+
+    ends = errors(fit.place_effect.correlation), errors(fit.place_effect.least)
+    wanted = fit.state_sd * np.maximum(*ends)
+    np.testing.assert_allclose(fit.standard_errors, wanted, rtol=2e-3)
+    assert (ends[1] > 1.01 * ends[0]).any()

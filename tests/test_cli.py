@@ -577,7 +577,7 @@ def test_as_a_program():
                            capture_output=True, text=True)  # fmt: skip
     assert found.returncode == 1
     assert found.stdout.startswith(
-        "No speed to program at d = 0.8 m, h = 0.4 m: unconfirmed; first read the 2 doubts below\n  ! FIXED MARGIN"
+        "No speed to program at d = 0.8 m, h = 0.4 m: unconfirmed; first read the 3 doubts below\n  ! FIXED MARGIN"
     )
     assert found.stderr == ""
     assert subprocess.run([*script], capture_output=True, text=True).returncode == 2

@@ -129,3 +129,33 @@ def test_impacts_confirm_no_speed_that_is_much_faster_however_far_repeats_may_li
     found = plan.judged(dataset, within(310.0))
     assert len(found.earlier) > 3
     assert found.result is None or found.result.outcome is Confirmed.CANNOT_TELL
+
+
+@pytest.mark.parametrize(
+    ("first", "censored", "second", "passes"),
+    [
+        (0.95, False, True, True),  # what its flanks leave open cannot be told; the repeat is within
+        (0.95, False, None, False),  # neither tells
+        (0.95, True, True, False),  # saturated: it may have been any higher
+        (0.999, False, True, False),  # too near the limit by itself
+    ],
+)
+def test_an_impact_that_cannot_tell_is_settled_by_a_repeat_that_passes(force_map, first, censored, second, passes):
+    """Excluding the first, which is not at fault, was the only other way."""
+    runs = fm.confirm_plan(force_map, 280.0, **CASE).plan
+    again = runs_of(np.array([[runs.distance[0], runs.height[0], runs.speed[0]]]), 2, np.array([100.0]),
+                    role="test", prefix="c-").select(np.array([1]))  # fmt: skip
+    joined = {name: np.concatenate([column, again.arrays[name]]) for name, column in runs.arrays.items()}
+    whole = replace(runs, **joined)
+    share = np.append(np.full(len(runs), 0.95), 0.95)
+    share[0] = first
+    dataset, within = made(force_map, whole, share)
+    dataset = replace(dataset, censored=np.arange(len(whole)) == 0) if censored else dataset
+    checked = within(280.0)
+    checked[str(whole.recording[0])] = (None, in_words("10 N that its flanks leave open"))
+    checked[str(whole.recording[-1])] = (second, in_words("judged"))
+    plan = fm.confirm_plan(force_map, 280.0, **CASE, planned=whole, recorded=whole.state_id.tolist())
+    result = plan.judged(dataset, checked).result
+    assert (result.outcome is Confirmed.PASSES) is passes, result.reason
+    assert [impact.recording for impact in result.settled] == [str(whole.recording[0])] * passes
+    assert len(result.impacts) == len(whole) - passes

@@ -1413,3 +1413,27 @@ def test_what_was_cut_off_a_film_counts_as_what_it_does_not_show(cropped, tmp_pa
     stated = Film(range=1000.0, mean_over=1.0, least=50.0)
     pressure, _ = read_pressure_matrix(tmp_path / "f.txt", stated).peak(stated)
     assert pressure == pytest.approx((9 * 400 + 16 * 50) / 25)
+
+
+@pytest.mark.parametrize(
+    ("share", "cells", "permitted"),
+    [
+        (0.95, {}, True),
+        (0.88, {}, True),  # as low as states may lie
+        (0.5, {}, False),  # at half of the speed that is stated
+        (0.5, {"recorded_at_mps": "0.9"}, True),  # faster than the map tells of
+        (0.5, {"contact_site": "finger"}, True),  # of another part of the robot
+        (0.5, {"direction": "out"}, True),
+    ],
+)
+def test_impacts_at_a_point_far_below_the_map_permit_nothing(copied_cell, share, cells, permitted):
+    """The map of the same contact site has the force there: whoever hit at a lower speed knows nothing of the stated
+    one, and the map says so."""
+    point = {**POINT, **PLACE, **MADE, "recorded_at_mps": "0.25", "body_area": "thigh_muscle", "contact": "transient",
+             "body": "free", **cells}  # fmt: skip
+    write_list(copied_cell, point)
+    force_map = fm.fit_force_map(fm.read_dataset(copied_cell))
+    of_point(copied_cell, [share * float(force_map.predict(0.7, 0.3, 0.25)) * x for x in (1.0, 1.01, 0.99)])
+    (found,) = assess_points(copied_cell).points
+    assert (found.outcome is PointOutcome.CONFIRMED) is permitted, found.lacks
+    assert permitted or [each.kind for each in found.lacks] == [FindingKind.FAR_BELOW_MAP]

@@ -181,3 +181,19 @@ def test_a_base_angle_off_by_half_a_turn(angles, stated, opposite):
     dataset = table(at[:9], force[:9], base_angle=angles, conditions=fm.Conditions(base_angle=stated))
     found = [each.figure("impacts") for each in dataset.contradictions if each.kind == "base_angle_opposite"]
     assert found == ([opposite] if opposite else [])
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("cap", [0.25, 0.3, np.inf])
+def test_a_force_that_hardly_rises_with_speed_is_said(name, seed, cap):
+    """A robot that its reduced mode holds at a speed was sent to all of them; sound maps rise about as speed does."""
+    rng = np.random.default_rng(seed)
+    plan = fm.plan_measurements((0.56, 0.86), (0.14, 0.46), (0.2, 0.4), repeats=1, again=0)
+    at = np.column_stack([plan.distance, plan.height, plan.speed])
+    force = printed_force(name, *at[:, :2].T, np.minimum(at[:, 2], cap)) * np.exp(rng.normal(0, 0.02, len(at)))
+    found = table(at, force).contradictions
+    assert ("force_levels" in [each.kind.value for each in found]) == np.isfinite(cap)
+    if np.isfinite(cap):
+        (said,) = (sentence(each) for each in found if each.kind.value == "force_levels")
+        assert "did the robot reach the speeds that were planned" in said

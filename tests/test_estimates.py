@@ -223,7 +223,7 @@ def test_the_command_says_first_what_it_is_and_gives_no_speed_and_no_verdict(for
     first = doubt.removeprefix("  ! ")
     assert code == 0
     assert verdict.startswith("ESTIMATED, no permission: 51.6 N for a free body part of 0.6 kg")
-    assert verdict.endswith("; first read the doubt below")
+    assert verdict.endswith("; first read the 2 doubts below")
     assert first.startswith("MODEL ESTIMATE, never a permission")
     assert "forcemap plan other-contact" in out
     assert "0.6 kg" in out
@@ -273,7 +273,7 @@ def test_what_is_measured_instead_is_named_and_an_edited_table_said_first(forcem
     state = ("--distance", "0.7", "--height", "0.3", "--speed-mps", "0.3")
     code, out, _ = forcemap("estimate", folder, *state, "--payload-change-kg", "2")
     assert code == 0
-    assert "; SIMULATED; first read the doubt" in " ".join(out.split())
+    assert "; SIMULATED; first read the 2 doubts" in " ".join(out.split())
     assert "--transfer map.json" in out
     assert f"compare {folder}" in " ".join(out.split())
     table = folder / "impacts.csv"

@@ -694,7 +694,12 @@ def test_a_publication_of_another_form_is_of_that_form_throughout(example_folder
     assert {row["model"] for row in rows("accuracy")} >= {"LOG_SPEED", "CFM_2D", "contact model"}
     assert "CFM_3D" not in {row["model"] for row in rows("accuracy")}
     readme = (written / "README.md").read_text()
-    assert f"Form of the map: LOG_SPEED: {fm.sentence(force_map.form_test.finding)}" in readme
+    fits = fm.sentence(force_map.form_test.finding)
+    assert (
+        f"Form of the map: LOG_SPEED, which `forcemap evaluate data --forms` compares with others. N{fits[1:]}."
+        in readme
+    )
+    assert "Form LOG_SPEED, chosen in place of CFM_3D" in readme
     (made,) = re.findall(r"`map.json` \| `forcemap (fit data.*?)`", readme)
     again = [str(written / word) if word in ("data", "map.json") else word for word in made.split()]
     again[-1] = str(tmp_path / "again.json")

@@ -502,9 +502,9 @@ def test_what_must_be_said_first_stands_above_the_speeds(paper_grids, width):
     case = {"limit": fm.force_limit(HAND), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin(0.0)}
     weak = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.1), **case)
     said_first = warnings([weak.speeds.basis])
-    assert len(said_first) == 5
+    assert len(said_first) == 6
     said = figures.safe_speed_figure(weak, width=width).get_suptitle()
-    counted = "first read the 5 doubts about these speeds: in the report, or by forcemap speed or path"
+    counted = "first read the 6 doubts about these speeds: in the report, or by forcemap speed or path"
     assert said.replace("\n", " ") == f"{SIMULATED} {counted}"
 
 

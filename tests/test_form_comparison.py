@@ -266,3 +266,24 @@ def test_what_cannot_be_compared_is_refused():
     few = campaign(points=training_grid("kuka-iiwa7-10nm")[[0, 5, 7, 10, 12, 17, 20, 22, 24]])
     with pytest.raises(FitError, match="no form can be compared"):
         compare_forms(few, forms=[CFM_3D])
+
+
+@pytest.mark.parametrize("form", [CFM_3D, LOG_SPEED])
+def test_the_error_with_all_states_of_a_place_left_out_is_that_of_refits(form):
+    """By generalised least squares in numpy on the states of the other places, with the correlation of the whole."""
+    points = full_grid("ur10e")
+    dataset = campaign("ur10e", points=points[(points[:, 0] > 0.6) & (points[:, 2] < 0.35)])
+    assert not dataset.censored.any()
+    (result,) = (each for each in compare_forms(dataset, forms=(form,)).results)
+    fit = fit_force_map(dataset, form=form).require_fit()
+    states, rho = fit.states, fit.place_effect.correlation
+    rows, y, place = form.design(*states.coordinates.T), states.log_force, states.place
+    errors = np.empty(len(states))
+    for number in np.unique(place):
+        out = place == number
+        same = place[~out][:, None] == place[~out]
+        inverse = np.linalg.inv(rho * same + (1 - rho) * np.eye(int((~out).sum())))
+        left = np.linalg.solve(rows[~out].T @ inverse @ rows[~out], rows[~out].T @ inverse @ y[~out])
+        errors[out] = rows[out] @ left - y[out]
+    assert result.place_error_percent == pytest.approx(100 * np.sqrt(np.mean(np.square(errors))), rel=1e-6)
+    assert result.place_error_percent > result.error_percent

@@ -460,3 +460,20 @@ def test_commands_say_it(table, forcemap, ask):
     code, exported, err = forcemap("export", table, "--format", "csv", *hand)
     assert code == 0, err
     assert "; NOT TO BE USED YET, measure more; first read" in " ".join(exported.split())
+
+
+@pytest.mark.parametrize(("times", "late"), [(1.0, False), (1.03, False), (1.6, True)])
+def test_a_slow_state_above_the_faster_ones_continued_is_named(times, late):
+    """A robot that feels slow contacts late: more of them would widen the bound everywhere."""
+    at = spread()
+    slow = np.flatnonzero(at[:, 2] == LOW[2])[0]
+    at[slow, 2] = 0.05
+    y = log_force("form", at, np.random.default_rng(2)) + np.random.default_rng(3).normal(0, 0.01, len(at))
+    y[slow] += math.log(times)
+    tested = form_test(fm.CFM_3D, states_of(at, y))
+    assert (tested.late is not None) is late
+    (said,) = (sentence(each) for each in tested.warnings if each.kind is FindingKind.SLOW_AT_FEW_PLACES)
+    assert ("forcemap evaluate FOLDER --slowest" in said) is late
+    assert ("measure slowly at more places" in said) is True
+    if late:
+        assert tested.late.force_N / tested.late.continued_N == pytest.approx(times, rel=0.12)

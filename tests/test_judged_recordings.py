@@ -223,3 +223,27 @@ def test_the_gravest_judgement_goes_by_outcome_and_then_by_share(cell):
     assert gravest_judgement(judgements) == fm.check_impact(high, HAND).governing
     assert gravest_judgement([]) is None
     assert "300" in sentence(gravest_judgement(judgements).reason)
+
+
+@pytest.mark.parametrize(
+    ("header", "columns", "said"),
+    [
+        ("t,F", {"force_unit": "N"}, True),
+        ("t,F [N]", {}, False),
+        ("t,F_kN", {"force_unit": "kN"}, False),
+        ("# Force unit: N\nt,F", {}, False),
+    ],
+)
+def test_a_single_file_without_a_unit_of_force_says_so_first(header, columns, said, tmp_path):
+    """In daN 340 N look like 34; of a single file nothing else tells."""
+    time, force = pulse(100.0)
+    rows = "\n".join(f"{t:.4f},{f:.2f}" for t, f in zip(time, force, strict=True))
+    (tmp_path / "impact.csv").write_text(f"{header}\n{rows}\n")
+    name = header.splitlines()[-1].split(",")[1]
+    device = fm.Device(range=500e3, stiffness=75e3)
+    found = check_file(
+        tmp_path / "impact.csv", HAND, conditions=fm.Conditions(device=device),
+        columns=fm.ColumnMap(time="t", force=name, **columns),
+    )  # fmt: skip
+    assert found.verdicts
+    assert ([each.kind.value for each in found.warnings][:1] == ["unit_not_in_file"]) is said

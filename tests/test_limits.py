@@ -294,3 +294,27 @@ def test_no_figure_beside_a_newton_limit_is_silently_left_out(beside):
 def test_one_impossible_body_mass_among_several_is_refused(body_mass):
     with pytest.raises(fm.InputError, match="body mass: expected kilograms"):
         fm.pfl_speed_limit(140.0, robot_mass=15.0, body_mass=body_mass, stiffness=75e3)
+
+
+@pytest.mark.parametrize(
+    ("row", "times"),
+    [
+        ("back_of_hand,Back of hand,hand_fingers,200,220,2", 220 / 140),  # the thigh's force
+        ("abdominal_muscle,Abdomen,abdomen,110,220,1", 2.0),  # its transient force as quasi-static
+        ("back_of_hand,Back of hand,hand_fingers,2000,140,2", 2000 / 190),  # kPa
+        ("back_of_hand,Back of hand,hand_fingers,190,140,2", None),
+        ("sternum_ours,Ours,chest,120,500,2", None),  # of no area of the standard
+    ],
+)
+def test_a_limit_above_the_standards_is_said_first(tmp_path, forcemap, row, times):
+    path = tmp_path / "ours.csv"
+    path.write_text(f"{HEADER}\n{row}\n")
+    area = row.split(",")[0]
+    limit = fm.force_limit(area, table=fm.read_limit_table(path))
+    assert [each.kind.value for each in limit.doubts] == ["limit_above_standard"] * (times is not None)
+    if times is not None:
+        assert limit.doubts[0].figure("times") == pytest.approx(times, rel=0.03)
+    case = ("--distance", 0.8, "--height", 0.4, "--contact", "transient")
+    out = forcemap("speed", "ur10e", *case, "--area", area, "--limit-table", path)[1]
+    assert ("! LIMIT ABOVE THE STANDARD" in out) is (times is not None)
+    assert forcemap("limits", area, "--limit-table", path)[1].startswith("! LIMIT ABOVE") is (times is not None)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import assume, given, strategies as st
 
 import forcemap as fm
+from forcemap.cli import task_options
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robots import robot_named
@@ -687,7 +688,7 @@ def test_task_files(tmp_path):
     assert task.acceleration == 2
     task.require_same(fm.published_map("ur10e").conditions)
     assert sentences(task.findings) == [
-        "taken to be as in the campaign, not stated by the task: contact site, safety settings"
+        "taken to be as in the campaign, not stated by the task: contact site, safety settings, payload"
     ]
     clamping = fm.read_task(write(tmp_path, TASK.replace("possible = false\nspeed_mps = 0.25", "possible = true")))
     assert clamping.segments[0].contact is fm.Contact.QUASI_STATIC
@@ -1057,3 +1058,63 @@ def test_rows_that_show_more_than_the_tasks_acceleration_count_with_it_everywher
     for first, last, most in zip(rows[:-1], rows[1:], possible, strict=True):
         assert speed(np.linspace(first, last, 50)).max() <= most + 1e-6
     assert path.shown_acceleration <= acceleration + 1e-3
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "said"),
+    [("0.5", "0.38", True), ("", "0.38", False), ("0.5", "0.44", False)],  # not stated; it ends where it began
+)
+def test_a_list_of_waypoints_says_that_the_way_back_is_not_looked_at(first, last, said, tmp_path):
+    rows = [f"0.8,0,0.44,press,{first}", f"0.8,0,0.38,{'lift' if last == '0.44' else ''},0.2"]
+    rows += ["0.8,0,0.44,,0.5"] * (last == "0.44")
+    (tmp_path / "path.csv").write_text("x_m,y_m,z_m,segment,speed_to_point_mps\n" + "\n".join(rows) + "\n")
+    path = fm.read_path(tmp_path / "path.csv")
+    assert [each.kind.value for each in path.doubts] == ["way_back"] * said
+    task = one_segment_task("press", ("back_of_hand",), fm.Contact.TRANSIENT)
+    task = (
+        dataclasses.replace(task, segments=(*task.segments, fm.TaskSegment("lift", (), None, 0.5)))
+        if last == "0.44"
+        else task
+    )
+    found = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin())
+    assert ("way_back" in [each.kind.value for each in found.doubts]) is said
+
+
+DESCENT = [
+    [167.426755, -77.340961, 100.192256, -112.851296, -90.000000, 0.000000],
+    [167.426755, -74.841606, 103.662861, -118.821256, -90.000000, 0.000000],
+]
+"""Joints of a UR10e [deg], its flange straight down at a distance of 0.8 m."""
+
+
+@pytest.mark.parametrize(
+    ("site", "stated", "said"),
+    [("gripper finger", (), True), ("flange", (), False), ("gripper finger", ("0,0,0.1",), False)],
+)
+def test_a_path_of_the_flange_is_not_taken_for_that_of_another_contact_site(site, stated, said, tmp_path):
+    joints = np.array(DESCENT)
+    header = ",".join(f"joint_{i}_deg" for i in range(1, 7))
+    (tmp_path / "path.csv").write_text(
+        header + "\n" + "\n".join(",".join(map(repr, q)) for q in joints.tolist()) + "\n"
+    )
+    conditions = dataclasses.replace(fm.published_map("ur10e").conditions, contact_site=site)
+    force_map = dataclasses.replace(fm.published_map("ur10e"), conditions=conditions)
+    path = task_options.path_from(str(tmp_path / "path.csv"), ["ur10e", *stated])
+    task = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT)
+    found = fm.path_speeds(force_map, path, task, bound=fm.FixedMargin())
+    assert ("site_not_at_flange" in [each.kind.value for each in found.doubts]) is said
+
+
+def test_a_task_says_that_it_does_not_state_the_payload(tmp_path):
+    """The flange that was measured was empty; a part that is carried counts."""
+
+    def unstated(text):
+        return fm.read_task(write(tmp_path, text)).findings[0].figure("missing")
+
+    assert unstated(TASK) == "contact site, safety settings, payload"
+    assert (
+        unstated(TASK.replace('tool = "none"\n', 'tool = "none"\npayload_kg = 0.5\n'))
+        == "contact site, safety settings"
+    )
+    of_segment = TASK.replace("speed_mps = 0.25\n", "speed_mps = 0.25\npayload_kg = 0.5\n", 1)
+    assert unstated(of_segment) == "contact site, safety settings"

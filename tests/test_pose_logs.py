@@ -155,3 +155,56 @@ def test_times_in_another_unit_than_the_files_do_not_make_a_path(tmp_path, unit,
     else:
         with pytest.raises(fm.InputError, match=refused):
             fm.read_path(log, columns=columns)
+
+
+RTDE = "t;X;Y;Z;{}\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "slowed"),
+    [
+        ("speed_scaling", (0.4, 0.4, 0.4, 0.4), 0.4),
+        ("target_speed_fraction", (1.0, 1.0, 0.5, 1.0), 0.5),
+        ("Override [%]", (0, 100, 30, 100), 0.3),
+        ("speed_scaling", (0.0, 1.0, 1.0, 1.0), None),  # it stands
+        ("Override [%]", (100, 100, 100, 100), None),
+        ("current", (0.4, 0.4, 0.4, 0.4), None),
+    ],
+)
+def test_a_log_of_a_slowed_run_says_so(tmp_path, name, values, slowed):
+    """What is as programmed in it is not what the program does."""
+    rows = [
+        ";".join(f"{x:g}" for x in (1000 * t, *(1000 * p), v)) for t, p, v in zip(TIMES, POINTS, values, strict=True)
+    ]
+    (tmp_path / "log.csv").write_text(RTDE.format(name) + "\n".join(rows) + "\n")
+    path = fm.read_path(tmp_path / "log.csv", columns=XYZ | CLOCK)
+    assert [each.kind.value for each in path.doubts] == ["log_slowed"] * (slowed is not None)
+    task = fm.Task((fm.TaskSegment("path", ("back_of_hand",), fm.Contact.TRANSIENT),))
+    found = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.1))
+    assert [each.kind.value for each in found.doubts][: len(path.doubts)] == ["log_slowed"] * (slowed is not None)
+    assert "as_logged" in {each.kind.value for each in found.notes}
+    if slowed is not None:
+        assert path.doubts[0].figure("lowest") == pytest.approx(slowed)
+
+
+@pytest.mark.parametrize(("rate", "refused"), [(5.0, False), (5.2, False), (2.0, True), (50.0, True)])
+def test_a_rate_that_the_times_of_a_log_contradict_is_refused(tmp_path, rate, refused):
+    (tmp_path / "log.csv").write_text(LOGS["units in names"][0])
+    columns = {"position": ["X [mm]", "Y [mm]", "Z [mm]"], "length_unit": "mm", "sampling_rate_Hz": rate}
+    if refused:
+        with pytest.raises(fm.ForcemapError, match=r"found rows 0.2 s apart by this column, sampling_rate_Hz"):
+            fm.read_path(tmp_path / "log.csv", columns=columns)
+    else:
+        assert len(fm.read_path(tmp_path / "log.csv", columns=columns)) == 3
+
+
+@pytest.mark.parametrize(("rate", "refused"), [(2000.0, False), (1000.0, True)])
+def test_times_that_repeat_for_they_are_rounded_contradict_no_rate(tmp_path, rate, refused):
+    rows = [f"{i // 2};{min(i, 60 - i) if i < 60 else 0}" for i in range(400)]
+    (tmp_path / "impact.csv").write_text("Time [ms];Force [N]\n" + "\n".join(rows) + "\n")
+    columns = fm.ColumnMap(sampling_rate=rate, force="Force [N]")
+    if refused:
+        with pytest.raises(fm.ForcemapError, match="state the column as time, or the rate that it has"):
+            fm.read_recording(tmp_path / "impact.csv", columns=columns)
+    else:
+        assert fm.read_recording(tmp_path / "impact.csv", columns=columns).sampling_rate == pytest.approx(rate)

@@ -453,7 +453,10 @@ def test_from_a_release_to_its_end(register, measured, asked):
     assert "firmware was 5.11 when measured, was 5.12 from" in back["releases"][0]["why_not"][0]
     assert "and is 5.11 again: what changed back has changed" in back["releases"][0]["why_not"][0]
     assert asked(*release)[1]["replaces"] == 1
-    assert asked("state", "plant/cell-1")[1]["releases"][0]["in_force"]
+    again = asked("state", "plant/cell-1")[1]["releases"][0]
+    assert again["in_force"]
+    back = "CHANGED SINCE IT WAS MEASURED, AND BACK: firmware 5.12 from 2"
+    assert any(line.startswith(back) for line in again["speeds"]["warnings"][:2])
     assert asked("withdraw", "1", "--reason", "firmware")[0] == 0
     assert "withdrawn" in asked("state", "plant/cell-1")[1]["releases"][-1]["why_not"][0]
     assert asked("withdraw", "9", "--reason", "x")[0] == 2
@@ -512,7 +515,7 @@ def collected_on_measurements(folder):
     """Collect a campaign whose only contact point rests on three impacts of its own."""
     (folder / "points").mkdir()
     for repeat in range(3):
-        save(folder / "points" / f"P1-{repeat}.csv", *pulse(100.0 + repeat, rate=1000.0, seed=70 + repeat))
+        save(folder / "points" / f"P1-{repeat}.csv", *pulse(140.0 + repeat, rate=1000.0, seed=70 + repeat))
     header, first, _ = (folder / "contact_points.csv").read_text().splitlines()
     rests = first.replace(",map,", ",measurements,") + ",points/P1-*,0.2"
     (folder / "contact_points.csv").write_text(f"{header},recordings,recorded_at_mps\n{rests}\n")

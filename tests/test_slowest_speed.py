@@ -445,3 +445,55 @@ def test_commands_say_which_states_are_slower(example_folders, tmp_path, ask):
     assert any("MAP HOLDS FROM 0.25" in doubt for doubt in answer["doubts"])
     for command in (["evaluate", folder], ["compare", folder, "--area", "back_of_hand"]):
         assert ask(*command)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("lowest", "beside", "missing"),
+    [
+        (0.2, 0, True),
+        (0.15, 0, True),
+        (0.145, 0, False),
+        (0.1, 0, False),
+        (0.2, 2, True),  # slow test states at too few places
+        (0.2, 3, False),
+    ],
+)
+def test_a_map_that_nothing_slow_was_measured_for_says_so_first(lowest, beside, missing):
+    """Every motion passes through slower speeds than the map's; until then it is one of many assumptions."""
+    plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (lowest, 0.4), repeats=1, again=0)
+    at = np.column_stack([plan.distance, plan.height, plan.speed])
+    slow = np.column_stack([PLACES[:beside], np.full(beside, SLOW)])
+    d, h, v = np.vstack([at, slow]).T
+    force = printed_force("ur10e", d, h, v) * np.exp(np.random.default_rng(3).normal(0, 0.02, d.size))
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=force, state=[f"s{i}" for i in range(d.size)],
+        role=["train"] * len(at) + ["test"] * beside, phase2_force=np.full(d.size, 20.0),
+        conditions=fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down"),
+    )  # fmt: skip
+    basis = fm.safe_speed(fm.fit_force_map(dataset), 0.8, 0.4, limit=HAND, **CASE).basis
+    assert ("slow_impacts_missing" in [each.kind.value for each in basis.warnings]) is missing
+    assert ("slower_unmeasured" in [each.kind.value for each in basis.notes]) is not missing
+    planned = fm.next_measurements(dataset, HAND, contact=fm.Contact.TRANSIENT)
+    first = planned.plan is not None and [each.kind.value for each in planned.reasons] == ["slow_planned"]
+    assert first is missing
+    if missing:
+        assert set(planned.plan.speed.round(9)) == {round(0.7 * lowest, 2)}
+        assert planned.needs_more
+
+
+def test_published_maps_say_that_nothing_slow_is_known():
+    for name in fm.PUBLISHED_MAPS:
+        basis = fm.safe_speed(fm.published_map(name), 0.7, 0.3, limit=HAND, bound=fm.FixedMargin(0.1),
+                              contact=fm.Contact.TRANSIENT).basis  # fmt: skip
+        assert "slow_impacts_missing" in [each.kind.value for each in basis.warnings]
+
+
+def test_a_map_that_holds_from_a_speed_on_hints_at_none_below(ask, forcemap, tmp_path):
+    """Impacts there are not fitted, so that measuring them gains nothing."""
+    at = (*np.unique(GRID[:, :2], axis=0).T,)
+    found = {slowest: fm.safe_speed(fm.fit_force_map(impacts(np.full(5, 1.02), slowest)), *at, limit=HAND, **CASE)
+             for slowest in (SLOWEST, float("nan"))}  # fmt: skip
+    unconfirmed = found[SLOWEST].outcome == fm.SpeedOutcome.UNCONFIRMED
+    assert unconfirmed.any()
+    assert np.isnan(found[SLOWEST].extrapolated_speed).all()
+    assert np.isfinite(fm.safe_speed(alone(), *at, limit=HAND, **CASE).extrapolated_speed).any() is np.False_

@@ -367,7 +367,8 @@ def test_a_factor_beside_a_unit_is_never_passed_over(name):
 @pytest.mark.parametrize(
     "name",
     ["Torque [N]", "Mz [N]", "Drehmoment in N", "Stiffness [N]", "Force [N]/mm", "Force [N] per mm", "Force (N)m",
-     "Force [N]*s", "Moment_z_N", "Fz inlbs", "F Nxmm"],
+     "Force [N]*s", "Moment_z_N", "Fz inlbs", "F Nxmm", "Tz [N]", "M_z_N", "Momento [N]", "couple (N)", "Pressure [N]",
+     "dF/dt [N]"],
 )  # fmt: skip
 def test_a_name_of_another_quantity_states_no_unit_that_is_read(name):
     found = stated_unit(name)
@@ -377,7 +378,19 @@ def test_a_name_of_another_quantity_states_no_unit_that_is_read(name):
 
 @pytest.mark.parametrize(
     "name",
-    ["Force_N_max", "Kraft N Messung", "F_N_sensor", "N_mean", "Fx [N] in TCP", "Kraft Moment [N]", "Force in N"],
+    [
+        "Force_N_max",
+        "Kraft N Messung",
+        "Contact position Force [N]",
+        "F_z [N]",
+        "Zug/Druck [N]",
+        "Position 1 [N]",
+        "F_N_sensor",
+        "N_mean",
+        "Fx [N] in TCP",
+        "Kraft Moment [N]",
+        "Force in N",
+    ],
 )
 def test_a_word_that_begins_as_a_length_or_a_time_does_is_none(name):
     assert stated_unit(name) is ForceUnit.NEWTONS

@@ -78,7 +78,11 @@ class _Figures(dict[str, Any]):
         """What is added to a force before it counts as within a limit."""
         what = [f"the device's error of {self['error_N']:g} N"]
         what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= _SHOWN else []
-        what += [f"{self['unseen_N']:.1f} N that may lie between samples"] if self["unseen_N"] >= _SHOWN else []
+        what += (
+            [f"{self['unseen_N']:.1f} N that its flanks leave open above the largest sample"]
+            if self["unseen_N"] >= _SHOWN
+            else []
+        )
         return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
 
     def _reference_posture(self) -> str:

@@ -108,7 +108,7 @@ class CheckAnswer(Answer):
             reason=_reason(check),
             file=check.source,
             simulated=check.simulated,
-            warnings=sentences(line for verdict in check.verdicts for line in verdict.warnings),
+            warnings=sentences(check.warnings),
             limit=limit_words(limit),
             area=area,
             transient_limit_N=transient,

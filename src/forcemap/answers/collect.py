@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.answers.form_test import DriftAnswer
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
-from forcemap.campaigns.impacts_table import as_entered
+from forcemap.campaigns.impacts_table import not_entered
 from forcemap.campaigns.point_list import POINT_REGISTER
 from forcemap.campaigns.point_recordings import point_names
 from forcemap.campaigns.repeatability import repeatability
@@ -102,6 +104,13 @@ class BindingAnswer(Answer):
     reason: Said
 
 
+class Saturated(Answer):
+    """A recording in use whose peak is only known to be at least a force."""
+
+    recording: str
+    at_least_N: Figure
+
+
 class CollectAnswer(Answer):
     """A campaign whose recordings are collected; `no_speed` says why its impacts give no speed, if so."""
 
@@ -113,6 +122,7 @@ class CollectAnswer(Answer):
     used: int
     states: int
     censored: int
+    saturated: list[Saturated]
     discards: list[Discard]
     missing: list[str]
     flags: dict[str, int]
@@ -134,8 +144,8 @@ class CollectAnswer(Answer):
     def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset) -> CollectAnswer:
         """The answer for a campaign read after `build_dataset`, and the dataset that this returned."""
         summary = campaign_summary(campaign, dataset)
-        as_stated = campaign.conditions.speed_kind == as_entered(campaign.conditions, campaign.folder).speed_kind
-        entered = [] if as_stated else [Finding.of(FindingKind.SPEEDS_NOT_ENTERED)]
+        missing, used = not_entered(campaign.conditions, campaign.folder)
+        entered = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED, missing=missing, recordings=used)] if missing else []
         refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
         of_points = len(point_names(campaign.folder))
         return cls.from_result(
@@ -146,6 +156,10 @@ class CollectAnswer(Answer):
             binding=dataset.binding,
             states=len(dataset.states),
             censored=int(dataset.censored.sum()),
+            saturated=[
+                Saturated(recording=dataset.recording[i], at_least_N=dataset.peak_force[i])
+                for i in np.flatnonzero(dataset.censored)
+            ],
             scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
             transient_refused=sentences(refusal.also) if refusal else [],
             contradictions=(*entered, *dataset.contradictions),

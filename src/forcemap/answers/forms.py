@@ -16,6 +16,7 @@ class FormAnswer(Answer):
     form: str = of("form", "name")
     error_percent: float
     underestimation_percent: float
+    place_error_percent: Figure
     accuracy: AccuracyAnswer
     mean_bound_percent: Figure
     max_bound_percent: Figure

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator
 
-from forcemap.answers.answer import Answer, Figure, of
+from forcemap.answers.answer import AllSaid, Answer, Figure, of
 from forcemap.limits.body_areas import PASCALS
 
 Pressure = Annotated[float | None, BeforeValidator(lambda pressure: None if pressure is None else pressure / PASCALS)]
@@ -48,4 +48,5 @@ class LimitsAnswer(Answer):
     source: str
     version: str
     sha256: str
+    doubts: AllSaid
     limits: list[LimitAnswer]

@@ -109,6 +109,7 @@ class ConfirmAnswer(Answer):
     outcome: Confirmed | None
     reason: Said
     impacts: list[ConfirmingImpactAnswer]
+    settled: list[ConfirmingImpactAnswer]
     missing: list[str]
     replaced: list[str]
     limit_N: float = of("limit")
@@ -134,6 +135,7 @@ class ConfirmAnswer(Answer):
             outcome=result and result.outcome,
             reason=result.reason if result else confirmation.refusal,
             impacts=[ConfirmingImpactAnswer.from_result(impact) for impact in (result.impacts if result else ())],
+            settled=[ConfirmingImpactAnswer.from_result(impact) for impact in (result.settled if result else ())],
             missing=result.missing if result else confirmation.plan.recording.tolist(),
             replaced=confirmation.replaced.recording.tolist(),
             runs=_runs(confirmation.plan, confirmation.bound_force),

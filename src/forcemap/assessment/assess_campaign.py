@@ -401,8 +401,10 @@ def _of_points(points: tuple[PointResult, ...] | Missing) -> list[Finding]:
     read before the speeds off it are used."""
     if isinstance(points, Missing):
         return []
-    names = tuple(each.point.name for each in points if each.straight_only)
-    figures = {"names": names, "straight_deg": ON_AXIS, "widest_deg": WIDEST_ANGLE}
+    only = [each for each in points if each.straight_only]
+    names = tuple(each.point.name for each in only)
+    none = tuple(each.point.name for each in only if math.isnan(each.off_axis or math.nan))
+    figures = {"names": names, "none": none, "straight_deg": ON_AXIS, "widest_deg": WIDEST_ANGLE}
     straight = [Finding.of(FindingKind.POINT_STRAIGHT_ONLY, **figures)] * bool(names)
     return list(dict.fromkeys([*straight, *(doubt for each in points for doubt in each.warnings_off_axis)]))
 

@@ -167,7 +167,7 @@ def files_of(folder: str | Path, digests: Collection[str]) -> list[str]:
 
 def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> list[Finding]:
     """What the stated conditions contradict, or leave open, that all results depend on."""
-    findings = [limit.head_finding for limit in limits if limit.head_finding]
+    findings = [doubt for limit in limits for doubt in limit.doubts]
     for limit in limits:
         suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
         if limit.permitted and suits.refusal:

@@ -29,6 +29,7 @@ from forcemap.direction import (
 from forcemap.errors import ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.below_map import far_below
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning.confirm import ConfirmationResult, Confirmed
@@ -180,7 +181,9 @@ def point_results(
             point,
             folder,
             [_not_contradicted(mapped[point.name], impacts[point.name], allowance)] if point.by_map else [],
-            [_measured(point, impacts[point.name], conditions, allowance)] if point.by_measurements else [],
+            [_not_below(_measured(point, impacts[point.name], conditions, allowance), force_map)]
+            if point.by_measurements
+            else [],
             impacts[point.name],
         )
         for point in points
@@ -410,6 +413,14 @@ def _measured(
     unlike = [partly] if 0 < with_pressure < len(impacts) else []
     pressed = with_pressure == len(impacts)
     return _Part(speed, (rests, *unlike, *taken_out, *also), confirmed_by=names, pressed=pressed)
+
+
+def _not_below(part: _Part, force_map: ForceMap | Missing) -> _Part:
+    """What impacts at a point say of it; nothing where they lie far below the map of its contact site and direction."""
+    if isinstance(force_map, Missing) or not (fit := force_map.fit) or not len(fit.at_points):
+        return part
+    below = far_below(force_map, fit.at_points.select(np.isin(fit.at_points.name, part.confirmed_by)))
+    return _Part(math.nan, lacks=(below,)) if below else part
 
 
 def _not_named(

@@ -20,6 +20,9 @@ SPEEDS_APART = 1.5
 """A measured speed may differ from the planned one by this factor."""
 _FEW_STATES = 0.2  # share of states that may be exchanged: the others still show what is usual
 _LEAST_STEPS = 3  # of speed, at the same places, to see how the force goes
+_RISING_FROM, _LEAST_EXPONENT = 0.16, 0.45
+# [m/s]; power of speed that the force rises with: 0.86 to 1.05 in the paper's maps, 0.53 to 0.99 in the virtual lab, to
+# 0.4 of a robot that stays at 0.25 m/s
 _SAME_DIRECTION = 10.0  # base angles this close have the same direction [deg]
 _BEYOND_RANGE = 1.2  # of the device range; devices stop within some percent of it
 _MOST_IMPACTS = 0.6  # share of impacts that shows which base angle is the usual one
@@ -29,10 +32,11 @@ def contradictions(states: States) -> tuple[Finding, ...]:
     """Coordinates of states that contradict their names, their forces or each other: doubts, no proof.
 
     Names that state another place or speed (`d500-h150-v250`); a force that mostly falls as the speed rises, as it
-    does with the distance; every place higher above the base than away from it; a few states outside the others that
-    lie among them once distance and height, or distance and speed, are exchanged.
+    does with the distance, or hardly rises at the faster speeds, as of a robot that did not reach them; every place
+    higher above the base than away from it; a few states outside the others that lie among them once distance and
+    height, or distance and speed, are exchanged.
     """
-    checks = (_named_otherwise, _falling, _higher_than_far, _exchanged)
+    checks = (_named_otherwise, _falling, _levelling, _higher_than_far, _exchanged)
     return tuple(finding for check in checks if len(states) and (finding := check(states)))
 
 
@@ -109,16 +113,37 @@ def _agree(named: FloatArray, coordinates: FloatArray) -> Mask:
 
 
 def _falling(states: States) -> Finding | None:
-    measured, tolerance = states.uncensored, StateTolerance()
-    if not len(measured):
-        return None
-    place = clusters(measured.coordinates[:, :2] / tolerance.place)
-    order = np.lexsort((measured.speed, place))
-    step = (np.diff(place[order]) == 0) & (np.diff(measured.speed[order]) > tolerance.speed)
-    falls, steps = int((np.diff(measured.log_force[order])[step] < 0).sum()), int(step.sum())
+    _, _, risen = _steps(states)
+    falls, steps = int((risen < 0).sum()), risen.size
     if steps < _LEAST_STEPS or 2 * falls <= steps:
         return None
     return Finding.of(FindingKind.FORCE_FALLS_WITH_SPEED, falls=falls, steps=steps)
+
+
+def _levelling(states: States) -> Finding | None:
+    slower, faster, risen = _steps(states)
+    if _falling(states):
+        return None
+    for lowest in np.unique(slower[slower >= _RISING_FROM]).tolist():
+        above = slower >= lowest
+        exponent = float(risen[above].sum() / faster[above].sum())
+        if above.sum() >= _LEAST_STEPS and exponent < _LEAST_EXPONENT:
+            figures = {"speed_mps": lowest, "steps": int(above.sum()), "exponent": exponent}
+            return Finding.of(FindingKind.FORCE_LEVELS, **figures)
+    return None
+
+
+def _steps(states: States) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of each step from a state to the next faster one at its place: the slower speed [m/s], and by how much ln v and
+    ln F rise, shape (n,)."""
+    measured, tolerance = states.uncensored, StateTolerance()
+    if not len(measured):
+        return np.empty(0), np.empty(0), np.empty(0)
+    place = clusters(measured.coordinates[:, :2] / tolerance.place)
+    order = np.lexsort((measured.speed, place))
+    speed = measured.speed[order]
+    step = (np.diff(place[order]) == 0) & (np.diff(speed) > tolerance.speed)
+    return speed[:-1][step], np.diff(np.log(speed))[step], np.diff(measured.log_force[order])[step]
 
 
 def _higher_than_far(states: States) -> Finding | None:

@@ -101,20 +101,26 @@ def read_dataset(
         message = f"{error.message}; and the table is not what forcemap collect wrote" if broken else error.message
         raise TableError(message, file=str(table), row=error.row, column=error.column) from None
     bound = dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
+    bound = replace(bound, conditions=as_entered(bound.conditions, table.parent))
     if table.name != TABLE_FILE:
         return bound
-    bound = replace(bound, conditions=as_entered(bound.conditions, table.parent))
     others = at_other_sites(table.parent, dataset.conditions.contact_site)
     return replace(bound, at_points=measured_at_points(table.parent, dataset.conditions), other_sites=others)
 
 
 def as_entered(conditions: Conditions, folder: Path) -> Conditions:
-    """Conditions of a campaign, whose speeds count as commanded if its register holds none that was measured: then the
-    planned ones are used."""
+    """Conditions of a campaign, whose speeds count as commanded if one of its impacts has none that was measured."""
+    missing = not_entered(conditions, folder)[0]
+    return replace(conditions, speed_kind="commanded") if missing else conditions
+
+
+def not_entered(conditions: Conditions, folder: Path) -> tuple[int, int]:
+    """Of how many of the recordings in use no measured speed was entered, where speeds are said to be measured, and how
+    many are in use: for those the planned speed counts."""
     register = folder / REGISTER_FILE
     entries = read_register(register) if conditions.speed_kind == "measured" and register.exists() else ()
-    entered = not entries or any(not math.isnan(entry.speed) for entry in entries)
-    return conditions if entered else replace(conditions, speed_kind="commanded")
+    used = [entry.speed for entry in entries if entry.use is Use.USED]
+    return sum(math.isnan(speed) for speed in used), len(used)
 
 
 def _not_there(folder: Path) -> str:

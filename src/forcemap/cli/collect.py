@@ -193,6 +193,9 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
         lines += _say_no_run(unassigned, len(answer.missing), folder)
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
+    if answer.saturated:
+        cut_off = [f"{each.recording}, at least {each.at_least_N:.0f} N" for each in answer.saturated]
+        lines += listing("Saturated", shortened(cut_off))
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
     if apart := answer.disagreeing_repeats:
         percent = 100 * (DISAGREEMENT - 1)

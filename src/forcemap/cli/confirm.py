@@ -187,8 +187,8 @@ def _remedy(source: str, answer: ConfirmationPlan, again: str, more: str) -> lis
 def _repeated(source: str, again: str) -> list[str]:
     """How an impact that tells nothing for another reason than its force is measured once more."""
     return [
-        "Next: measure it again as a further repeat of its state (a name that ends with -r2), at the speed of its run; "
-        "if the first one was at fault, say so in the column exclude of recordings.csv; then",
+        "Next: measure it again as a further repeat of its state (its name with the next number, such as -r2), at the "
+        "speed of its run: one that passes settles it, if the other has a force within the limit; then",
         *planned.command_lines(planned.command_line("collect", source, {})),
         *planned.command_lines(again),
     ]
@@ -210,4 +210,6 @@ def _impacts_table(result: ConfirmationResult) -> list[str]:
     doubts = [f"{impact.recording}: {sentence(impact.reason)}" for impact in failed]
     header = ["state", "d [m]", "h [m]", "v at contact [m/s]", "force [N]", "bound [N]", "outcome"]
     judged = "Why judges the largest force that a curve supports, the table has the peak corrected for noise"
-    return [*table(header, rows), *([*listing("Why", doubts), judged] if doubts else [])]
+    lines = [*table(header, rows), *([*listing("Why", doubts), judged] if doubts else [])]
+    settled = [f"{impact.recording}: {sentence(impact.reason)}" for impact in result.settled]
+    return [*lines, *(listing("Not counted, for another repeat of the state passes", settled) if settled else [])]

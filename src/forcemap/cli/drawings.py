@@ -24,6 +24,7 @@ from forcemap.campaigns.recorded_impacts import recorded_impacts
 from forcemap.cli.check import SHOWN
 from forcemap.cli.column_options import campaign_of, described
 from forcemap.cli.options import (
+    CONTACT_MISSING,
     bound_from,
     campaign_table,
     fitted,
@@ -431,7 +432,7 @@ def _at_places(source: Source, choices: Choices) -> PlaceSpeeds:
     limit = choices.limit(source)
     limit.require_permitted()
     if choices.contact is None:
-        raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
+        raise fm.InputError(CONTACT_MISSING)
     force_map = source.force_map
     measured = force_map.conditions if source.dataset is None else source.dataset
     return place_speeds(

@@ -16,6 +16,7 @@ from forcemap.answers.slowest import FromSpeedAnswer, SlowestAnswer
 from forcemap.assessment.folder import beside
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.cli.options import (
+    CONTACT_MISSING,
     ContactKind,
     FormName,
     Json,
@@ -138,7 +139,7 @@ def _of_new(force_map: fm.ForceMap, dataset: fm.ImpactDataset, new: fm.ImpactDat
 def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
     """The maps of a table from each of its speeds on."""
     if area is not None and contact is None:
-        raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
+        raise fm.InputError(CONTACT_MISSING)
     dataset, limit = impacts_of(source), None if area is None else fm.force_limit(area, table=campaign_table(source))
     with too_few_states_named(source, form):
         found = compare_slowest_speeds(
@@ -267,15 +268,27 @@ def _bound_lines(answer: EvaluateAnswer) -> list[str]:
 
 def forms_lines(answer: FormsAnswer, source: str, stated: str) -> list[str]:
     """A recommendation, its reasons, and the forms beside each other; `stated` is the campaign's form."""
-    header = ["form", "error", "underest.", "max", "bound mean", "bound max", "rises inside", "rises above"]
+    header = [
+        "form",
+        "error",
+        "underest.",
+        "max",
+        "place out",
+        "bound mean",
+        "bound max",
+        "rises inside",
+        "rises above",
+    ]
     return [
         *verdict_first(f"Recommended: {answer.recommended or 'none'}{_after(answer)}", simulated=answer.simulated),
         *(f"  {reason}" for reason in answer.reasons),
         *_next(answer, source, stated),
         "",
-        f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
+        f"Forms on {answer.states} states, each predicted from the others",
         *table(header, [_form_row(form) for form in answer.forms]),
-        "underest.: the dangerous side; bound: above the prediction at the measured states, - none",
+        "error: root mean square of ln F; underest.: its dangerous side; place out: with all states of a place left "
+        "out, as at a new place; bound: above the prediction at the measured states, - none",
+        "p: one-sided paired t test of the squared errors of ln F, states taken as independent",
         "rises inside, rises above: the force never falls with speed in the box around the measured states, and in "
         "that box up to 1.5 times the highest measured speed",
         *(f"{form.form}: {form.note}" for form in answer.forms if form.note),
@@ -317,7 +330,8 @@ def _form_row(form: FormAnswer) -> list[str]:
     bounds = ["-" if x is None else f"+{x:.1f} %" for x in (form.mean_bound_percent, form.max_bound_percent)]
     rises = ["yes" if rising else "no" for rising in (form.rises_inside, form.rises_above)]
     errors = (form.error_percent, form.underestimation_percent, form.accuracy.max_underestimation_percent)
-    return [form.form, *(f"{error:.2f} %" for error in errors), *bounds, *rises]
+    place = "-" if form.place_error_percent is None else f"{form.place_error_percent:.2f} %"
+    return [form.form, *(f"{error:.2f} %" for error in errors), place, *bounds, *rises]
 
 
 def check_lines(answer: MapCheckAnswer) -> list[str]:

@@ -56,9 +56,10 @@ def limits(
         else f"pressure assessed over {contact_area:g} cm^2",
         "the transient limit holds only where the contact does not clamp",
     ]
-    answers = []
+    answers, doubts = [], list[fm.Finding]()
     for area in [name] if name else areas.areas:
         limit = fm.force_limit(area, table=areas)
+        doubts += limit.doubts
         by_formula: dict[str, Any] | None = None
         if moving_mass is not None and limit.permitted:
             region = areas.areas[limit.areas[0]].region
@@ -67,7 +68,7 @@ def limits(
             by_formula = {**_speeds(limit, model, body, contact_area), "assumptions": assumptions}
         stated = {key: getattr(limit, part) if limit.permitted else None for key, part in _FIGURES.items()}
         answers.append(LimitAnswer.from_result(limit, **stated, contact_model=by_formula))
-    answer = LimitsAnswer.from_result(areas, limits=answers)
+    answer = LimitsAnswer.from_result(areas, limits=answers, doubts=doubts)
     emit(answer, _lines(answer, areas, assumptions, moving_mass is not None), as_json=as_json)
 
 
@@ -103,7 +104,7 @@ def _lines(answer: LimitsAnswer, areas: fm.LimitTable, assumptions: list[str], m
         "spring N/mm",
     ]
     rows = [[limit.name, areas.areas[limit.areas[0]].region, *_cells(limit)] for limit in answer.limits]
-    lines = table(header, rows)
+    lines = [*(f"! {doubt}" for doubt in answer.doubts), *table(header, rows)]
     if modelled:
         lines += ["", *(_model_line(limit) for limit in answer.limits), *listing("Assumes", assumptions)]
     groups = [*areas.both_sides, *areas.regions] if len(rows) > 1 else []

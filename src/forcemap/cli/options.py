@@ -177,6 +177,15 @@ def fitted(
     return found.dataset, found.force_map
 
 
+LIMIT_MISSING = (
+    "limit: expected one of --area or --limit-N: a body area such as --area back_of_hand (forcemap limits lists them), "
+    "or newtons"
+)
+CONTACT_MISSING = (
+    "contact: expected --contact transient (the body part can give way) or --contact quasi-static (it can be clamped)"
+)
+
+
 def wanted_form(form: str | None) -> fm.Form | None:
     """The form that --form names; None if there is no such option, for the one of the campaign."""
     return fm.form_named(form) if form else None
@@ -305,7 +314,7 @@ def limit_from(
             "path take several areas in a task file (--task)"
         )
     if given.tasks or len(given.newtons) + len(given.names) != 1 or given.names == [""]:
-        raise fm.InputError("limit: expected one of --area or --limit-N")
+        raise fm.InputError(LIMIT_MISSING)
     if given.newtons:
         if given.tables:
             raise fm.InputError("limit: --limit-table goes with --area, not with --limit-N")
@@ -313,7 +322,7 @@ def limit_from(
     if quasi_static is not None or spring is not None:
         raise fm.InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
     if contact is None and contact_needed:
-        raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
+        raise fm.InputError(CONTACT_MISSING)
     return fm.force_limit(given.names[0], table=given.table), contact
 
 

@@ -23,7 +23,8 @@ from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.errors import ForcemapError, InputError, one_line
 from forcemap.files import MARKED_BY, read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
-from forcemap.words import sentence
+from forcemap.maps.forms import form_chosen
+from forcemap.words import sentence, sentences
 
 if TYPE_CHECKING:  # a command loads the answers it gives, and no others
     from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
@@ -313,6 +314,7 @@ def outside_words(accuracy: AccuracyAnswer) -> str:
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     """States beyond the map, and whether the form fits and forces have not drifted where nothing speaks against it."""
     notes = [test.finding for test in (answer.form_test, answer.drift) if test]
+    notes += sentences(form_chosen(answer.form)) if answer.form_test else []
     return [*outside_lines(answer.accuracies), *(note for note in notes if note not in answer.doubts)]
 
 

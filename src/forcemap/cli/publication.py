@@ -22,9 +22,10 @@ from forcemap.cli.options import FormName, Json, MovingMass
 from forcemap.cli.output import Progress, emit, verdict_first
 from forcemap.cli.publication_tables import tables_of
 from forcemap.files import new_folder, read_bytes, sha256, write_atomically
+from forcemap.maps.forms import form_chosen
 from forcemap.maps.map_file import map_text
 from forcemap.speeds.basis import doubts_of_fit
-from forcemap.words import sentence, sentences
+from forcemap.words import sentences
 
 _PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
 _PAPERS_AUTHORS = (("Svarny", "Petr"), ("Rozlivek", "Jakub"), ("Rustler", "Lukas"), ("Hoffmann", "Matej"))
@@ -180,6 +181,25 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
     return "\n".join(lines) + "\n"
 
 
+def _repeated_states(dataset: fm.ImpactDataset) -> list[str]:
+    """That states of role test repeat training states, where some do."""
+    counts = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
+    said = [
+        f"Of the {counts[0]} states of role test, {counts[0] - counts[1]} are training states measured again: "
+        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {counts[1]} "
+        "(less those wholly above the device range) and with all."
+    ]
+    return said * (counts[0] > counts[1])
+
+
+def _form_line(force_map: fm.ForceMap) -> str:
+    """The form of the map, whether it fits, and that it was chosen."""
+    tested, form = force_map.form_test, force_map.form.name
+    said = sentences([*([tested.finding] if tested else []), *form_chosen(form)])
+    of_form = " ".join(f"{each[:1].upper()}{each[1:]}." for each in said)
+    return f"Form of the map: {form}, which `forcemap evaluate data --forms` compares with others. {of_form}"
+
+
 def _readme(
     dataset: fm.ImpactDataset,
     force_map: fm.ForceMap,
@@ -191,17 +211,8 @@ def _readme(
 ) -> str:
     """What is in the folder, and how each part is made again; `first` is what speaks against the table and its map."""
     chosen = "".join(f" {option}" for option in options if option.startswith("--form"))
-    tested = force_map.form_test
-    fits = f": {sentence(tested.finding)}" if tested else ""
     error = dataset.conditions.speed_error
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
-    counts = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
-    again = [
-        f"Of the {counts[0]} states of role test, {counts[0] - counts[1]} are training states measured again: "
-        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {counts[1]} "
-        "(less those wholly above the device range) and with all."
-    ]
-    again *= counts[0] > counts[1]
     files = [name.removeprefix("data/") for name in parts if name.startswith("data/")]
     data = ", ".join(dict.fromkeys(f"`{name.partition('/')[0]}{'/' * ('/' in name)}`" for name in sorted(files)))
     simulated = ["SIMULATED: not a measurement of any robot."] * dataset.simulated
@@ -220,7 +231,7 @@ def _readme(
         f"| `figures/` | `forcemap figure KIND data{chosen} -o FILE`; grid, repeatability and evolution have no form |",
         f"| `{_SUMS}` | `sha256sum -c {_SUMS}` |",
         "",
-        f"Form of the map: {force_map.form.name}{fits}; `forcemap evaluate data --forms` compares it with others.",
+        _form_line(force_map),
         f"Made with {', '.join(options)}{'' if 'no --area' in options else _OF_AREA}.",
         f"States were found {dataset.states_found}: repeatability is that of these.",
         "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
@@ -232,7 +243,7 @@ def _readme(
         "A state is outside the map's measured range if it lies farther from that than repeats of a state may differ.",
         "Of a coefficient `low` and `high` are the ends of its 95 % confidence interval (Student's t), "
         "the wider of those with the smallest and the largest correlation of the states of a place that is likely.",
-        *again,
+        *_repeated_states(dataset),
         f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`. "
         "Choose a licence for the data before you publish them.",
     ]

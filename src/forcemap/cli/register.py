@@ -31,7 +31,7 @@ from forcemap.answers.register import (
     VerifyAnswer,
     WhoAnswer,
 )
-from forcemap.cli.options import ContactKind, Json, LimitTable, campaign_table
+from forcemap.cli.options import CONTACT_MISSING, ContactKind, Json, LimitTable, campaign_table
 from forcemap.cli.output import SIMULATED, Progress, counted, emit, listing
 from forcemap.errors import ForcemapError
 from forcemap.files import file_sha256
@@ -229,7 +229,7 @@ def release(
     """
     table = fm.read_limit_table(limit_table) if limit_table else campaign_table(folder)
     if area and contact is None:
-        raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
+        raise fm.InputError(CONTACT_MISSING)
     limits = [(fm.force_limit(name, table=table), contact) for name in dict.fromkeys(area or ()) if contact]
     stated: dict[str, Any] = {"point": point, "task": task, "report": report, "person": person}
     with open_register(where) as opened:

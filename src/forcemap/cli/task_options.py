@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Sequence
@@ -150,7 +151,8 @@ def path_from(file: str, stated: Sequence[str] | None = None) -> fm.ToolPath:
             raise fm.InputError("path: --contact-offset-m goes with --robot")
         return fm.read_path(file, columns=columns)
     arm = robot_from(names[0], contact_offset=offsets[0] if offsets else None)
-    return fm.read_path(file, robot=arm, columns=columns)
+    path = fm.read_path(file, robot=arm, columns=columns)
+    return dataclasses.replace(path, of_flange=False) if offsets else path
 
 
 def task_from(
@@ -164,7 +166,9 @@ def task_from(
     if given.newtons:
         raise fm.InputError("limit: a path goes with --task or --area, not with --limit-N")
     if len(given.names) != 1 or contact is None:
-        raise fm.InputError("task: expected --task, or --area with --contact")
+        raise fm.InputError(
+            "task: expected --task, or --area with --contact transient (the body part can give way) or quasi-static"
+        )
     fm.force_limit(given.names[0], table=given.table)
     segments = tuple(fm.TaskSegment(name, (given.names[0],), contact, math.nan) for name in dict.fromkeys(names))
     return fm.Task(segments) if acceleration is None else fm.Task(segments, acceleration)

@@ -64,6 +64,9 @@ class FormResult:
         Errors at each state when fitted to the others.
     error_percent, underestimation_percent : float
         Root mean square over the states of the left-out error of ln F, and of its dangerous side [%].
+    place_error_percent : float
+        As `error_percent`, with all states of a place left out together, what a new place gets; NaN where the others do
+        not determine the form.
     censored_underestimation_percent : float
         Root mean square over the wholly censored states of how far ln F is predicted below the force they reached at
         least [%]; 0 without such states.
@@ -85,6 +88,7 @@ class FormResult:
     accuracy: Accuracy
     error_percent: float
     underestimation_percent: float
+    place_error_percent: float
     censored_underestimation_percent: float
     mean_bound_percent: float
     max_bound_percent: float
@@ -145,14 +149,15 @@ class FormComparison:
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """A fitted form and the forces [N] it predicts at the states left out, by their name."""
+    """A fitted form and the forces [N] it predicts by name at states left out, and left out with all of their place."""
 
     form: Form | EuclideanForm
     force_map: ForceMap
     left_out: dict[str, float]
+    place_left_out: dict[str, float]
 
-    def predicted(self, states: States) -> FloatArray:
-        return np.array([self.left_out[name] for name in states.name])
+    def predicted(self, states: States, *, place_left_out: bool = False) -> FloatArray:
+        return np.array([(self.place_left_out if place_left_out else self.left_out)[name] for name in states.name])
 
 
 def compare_forms(
@@ -242,6 +247,7 @@ def _few_shared(fitted: Sequence[_Fitted]) -> Iterator[Finding]:
 
 
 def _fit(form: Form | EuclideanForm, dataset: ImpactDataset) -> _Fitted:
+    place_of = dict(zip(dataset.train.states.name, dataset.train.states.place.tolist(), strict=True))
     if isinstance(form, EuclideanForm):
         radius = np.hypot(dataset.distance, dataset.height)
         dataset = replace(dataset, distance=radius, height=np.zeros_like(radius))
@@ -254,7 +260,8 @@ def _fit(form: Form | EuclideanForm, dataset: ImpactDataset) -> _Fitted:
             f"found {len(left_out)} of {len(names)} states that can be left out, expected more than half",
             remedy="measure more states",
         )
-    return _Fitted(form, force_map, left_out)
+    of_places = left_out_predictions(force_map, np.array([place_of[name] for name in names]))
+    return _Fitted(form, force_map, left_out, dict(zip(names, of_places.tolist(), strict=True)))
 
 
 def _common_states(dataset: ImpactDataset, fitted: Sequence[_Fitted]) -> States:
@@ -276,6 +283,8 @@ def _result(
     force_map, error = fitted.force_map, errors[fitted.form.name]
     predicted, wholly = fitted.predicted(states), states.impacts == 0
     below_reached = np.log(predicted[wholly] / states.at_least[wholly])
+    below_range = states.uncensored
+    of_place = np.log(fitted.predicted(below_range, place_left_out=True)) - below_range.log_force
     skipped = len(force_map.require_fit().states.uncensored) - error.size
     notes = [] if isinstance(fitted.form, Form) else [Finding.of(FindingKind.EUCLIDEAN_FORM)]
     try:
@@ -296,6 +305,7 @@ def _result(
         accuracy=Accuracy.of(predicted, states, on="leave-one-state-out", skipped=skipped),
         error_percent=100 * _root_mean_square(error),
         underestimation_percent=100 * _root_mean_square(np.minimum(error, 0.0)),
+        place_error_percent=100 * _root_mean_square(of_place),
         censored_underestimation_percent=100 * _root_mean_square(np.minimum(below_reached, 0.0)),
         mean_bound_percent=mean_bound,
         max_bound_percent=max_bound,
@@ -365,7 +375,8 @@ def _recommend(
             "unbounded": _bounded(result) < _bounded(standard),
         }
         figures = {"form": result.form.name, "error_percent": result.error_percent, "p": result.p_better}
-        reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
+        of_place = {"place_percent": result.place_error_percent, "against_percent": standard.place_error_percent}
+        reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **of_place, **compared))
     if not standard.rises_above:
         reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
     return reference, tuple(reasons)

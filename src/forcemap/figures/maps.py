@@ -376,11 +376,11 @@ def draw_2d(
         reach = MeasuredRange(map_2d.measured_range.points * [1.0, 0.0, 1.0])  # in distance and speed: it has no height
         inside = reach.contains(distances, np.zeros(x.size), np.full(x.size, speed))
         force = np.where(inside, map_2d.predict(distances, 0.0, speed), np.nan)
-        if along == 1 and inside.any():
-            own.append(((low + high) / 2, float(force[0])))
+        if along == 1:
+            own.append(((low + high) / 2, float(force[0])))  # NaN: a gap in the line, as nothing was measured there
         elif along == 0 and inside.any() and low - tolerance <= fixed_at[1] <= high + tolerance:
             single.plot(axes, x, force, marker="")
-    if own:
+    if np.isfinite([force for _, force in own]).any():
         heights, forces = zip(*sorted(own), strict=True)
         single.plot(axes, heights, forces)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.errors import ContactNotPermitted, InputError
+from forcemap.errors import ContactNotPermitted, InputError, UnknownName
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import (
     MAX_TRANSIENT_FACTOR,
@@ -25,6 +25,8 @@ PHASE_TWO_SHARE = 1 / 8
 """Largest Phase II force, as a share of the peak, beside which a transient limit of pressure is used. Under a round
 contact pressure grows as the cube root of the force (Hertz), so that then no more than half of the peak's pressure, the
 quasi-static limit, goes on; under a flat one less."""
+
+_ABOVE = 1.001  # times the standard's: rounding apart
 
 
 class Contact(StrEnum):
@@ -75,6 +77,9 @@ class ForceLimit:
         True if one of the areas is part of the head.
     head_contact : str
         For a limit of the head: what permits contact there according to a user's table. The standard permits none.
+    above_standard : float
+        The largest of its limits, of force and pressure, over the standard's for the same area; NaN of an area that the
+        standard does not have.
     """
 
     name: str
@@ -92,6 +97,7 @@ class ForceLimit:
     lacking: tuple[str, ...] = ()
     head: bool = False
     head_contact: str = ""
+    above_standard: float = math.nan
 
     def __post_init__(self) -> None:
         quasi_static, transient = self.tabulated_quasi_static, self.tabulated_transient
@@ -150,6 +156,13 @@ class ForceLimit:
         if not (self.permitted and self.head_contact):
             return None
         return Finding.of(FindingKind.HEAD_BY_TABLE, head_contact=self.head_contact)
+
+    @property
+    def doubts(self) -> tuple[Finding, ...]:
+        """What must be said first of a limit of a user's table: of the head, or above the standard's."""
+        above = {"name": self.name, "times": self.above_standard, "editions": standard_limit_table().edition}
+        raised = Finding.of(FindingKind.LIMIT_ABOVE_STANDARD, **above) if self.above_standard > _ABOVE else None
+        return tuple(filter(None, (self.head_finding, raised)))
 
     @property
     def refusal(self) -> Finding | None:
@@ -263,7 +276,25 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
         lacking=_lacking(areas, area_or_region),
         head=head,
         head_contact=table.head_contact if head else "",
+        above_standard=max(map(_above_standard, areas), default=math.nan),
     )
+
+
+def _above_standard(area: BodyArea) -> float:
+    """The largest limit of an area over the standard's for it; NaN if the standard does not have it."""
+    try:
+        standard = standard_limit_table().find(area.area)
+    except UnknownName:
+        return math.nan
+    lowest = [min(figures) for figures in zip(*map(_figures, standard), strict=True)]
+    ratios = [own / least for own, least in zip(_figures(area), lowest, strict=True) if least > 0]
+    return max(ratios, default=math.nan)
+
+
+def _figures(area: BodyArea) -> tuple[float, ...]:
+    """Limits of force [N] and pressure [Pa], quasi-static and transient."""
+    quasi_static = area.quasi_static_force, area.quasi_static_pressure
+    return (*quasi_static, *(area.transient_factor * figure for figure in quasi_static))
 
 
 def _lacking(areas: list[BodyArea], name: str) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.slower_impacts import upper_of_slower
 
-_NO_CHANCE = 0.999
+NO_CHANCE = 0.999
 """Share of states below what no impact lies above by chance; a choice: of twenty contact points one in fifty cells
 would."""
 
@@ -91,7 +91,7 @@ def points_above(force_map: ForceMap, bound: Bound) -> tuple[Finding | None, boo
     if not (above := share > 1).any():
         return None, False
     try:
-        most = ToleranceBound(content=_NO_CHANCE, device_error=conditions.device.error_or_default)
+        most = ToleranceBound(content=NO_CHANCE, device_error=conditions.device.error_or_default)
         most.require(force_map)
         refuses = bool((shares(most)[1] > 1).any())
     except BoundNotAvailable:
@@ -142,7 +142,7 @@ def far_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     fit = force_map.fit
     if fit is None:
         return None
-    most = ToleranceBound(content=_NO_CHANCE, device_error=force_map.conditions.device.error_or_default)
+    most = ToleranceBound(content=NO_CHANCE, device_error=force_map.conditions.device.error_or_default)
     try:
         most.require(force_map)
     except BoundNotAvailable:

@@ -138,7 +138,9 @@ class Fit:
         between = self.between_states
         if self.transfer is not None:  # fitted with the states of other campaigns, whose correlations are their own
             return between.standard_errors
-        return between.standard_errors * error_growth(between.design, self.states.place, self.place_effect)
+        known = self.states.impacts > 0  # a state that is known as "at least" tells next to nothing of the scatter
+        growth = error_growth(between.design[known], self.states.select(known).place, self.place_effect)
+        return between.standard_errors * growth
 
     @cached_property
     def drift(self) -> Drift | None:

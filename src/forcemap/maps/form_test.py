@@ -9,15 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.dataset import States, StateTolerance
+from forcemap.errors import FitError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN, place_effect, whitened
-from forcemap.maps.regression import EXACT, holm
+from forcemap.maps.regression import EXACT, holm, least_squares
 
 ERROR_PROBABILITY = 0.05
 """False alarms: the largest share of campaigns whose states follow the form in which a departure is significant."""
@@ -61,6 +63,10 @@ FEW_SHARED = 0.5
 SMALL_FALL = 0.05
 """Share by which a force may fall from one speed to the next at a place without being said; a choice."""
 
+_LATE = 0.01
+"""Share of slow states that lie as far above the faster ones, continued, by scatter alone: one of them is named. A
+choice."""
+
 _FURTHEST = 3
 """States furthest from the form that are named where states scatter. A choice."""
 
@@ -81,7 +87,7 @@ class Departure:
     along : str
         "distance", "height" or "speed": around one value of it, or by further powers of it; "place": at one place.
     distance, height, speed : float
-        Where it is [m], [m], [m/s]; NaN for a coordinate that it does not depend on.
+        Where it is, of a bend where it is largest [m], [m], [m/s]; NaN for a coordinate that it does not depend on.
     effect : float
         Share by which the force lies above the form at the state where the departure is largest; negative if below. It
         lies above where it is as large in both directions, as within places of two states each.
@@ -89,6 +95,8 @@ class Departure:
         Number of departures of this kind that were tested.
     p_value : float
         Adjusted for all departures tested (Bonferroni within a kind, Holm 1979 over the kinds).
+    bends : bool
+        True for further powers of the coordinate, all over its range.
     """
 
     along: str
@@ -98,14 +106,22 @@ class Departure:
     effect: float
     tested: int
     p_value: float
+    bends: bool = False
 
     @property
     def finding(self) -> Finding:
         """The departure in one sentence."""
         where = {"distance_m": self.distance, "height_m": self.height, "speed_mps": self.speed}
-        bends = all(math.isnan(coordinate) for coordinate in where.values())
         figures = {"effect": abs(self.effect), "above": self.effect > 0, "p": self.p_value}
-        return Finding.of(FindingKind.FORM_DEPARTURE, along=self.along, **where, bends=bends, **figures)
+        return Finding.of(FindingKind.FORM_DEPARTURE, along=self.along, **where, bends=self.bends, **figures)
+
+
+class Late(NamedTuple):
+    """A state at the slowest speed, its force and the one that the form fitted to the faster states has there [N]."""
+
+    state: str
+    force_N: float
+    continued_N: float
 
 
 @dataclass(frozen=True)
@@ -138,6 +154,8 @@ class FormTest:
         The states furthest from the form, and where the measured force falls most with speed.
     between : tuple of (float, float)
         From where to where each of `gaps` reaches [m], [m], [m/s].
+    late : Late or None
+        The state at the slowest speed that lies most above the faster ones; None if scatter explains all of them.
     """
 
     departures: tuple[Departure, ...]
@@ -154,6 +172,7 @@ class FormTest:
     state_sd: float
     off: tuple[Finding, ...] = ()
     between: tuple[tuple[float, float], ...] = ()
+    late: Late | None = None
 
     @property
     def significant(self) -> tuple[Departure, ...]:
@@ -217,7 +236,8 @@ class FormTest:
             several = {"several": self.near > 1, "pairs": self.near}
             blind_spots.append(Finding.of(FindingKind.PLACES_NEAR, **apart, **where, **several))
         if self.slow_places < SLOW_PLACES:
-            figures = {"places": self.slow_places, "speed_mps": self.slowest, "least": SLOW_PLACES}
+            figures: dict[str, Any] = {"places": self.slow_places, "speed_mps": self.slowest, "least": SLOW_PLACES}
+            figures |= self.late._asdict() if self.late else {"state": None}
             blind_spots.append(Finding.of(FindingKind.SLOW_AT_FEW_PLACES, **figures))
         return tuple(blind_spots)
 
@@ -272,8 +292,31 @@ def form_test(form: Form, states: States, state_sd: float = math.nan, residuals:
         slow_places=np.unique(place[slow]).size,
         slowest=float(states.speed.min()),
         state_sd=state_sd,
+        late=_felt_late(form, tested, slow[states.censored == 0]),
         off=(*(() if residuals is None else _furthest(states, residuals)), *_falling(tested)),
     )
+
+
+def _felt_late(form: Form, states: States, slow: Mask) -> Late | None:
+    """Of the states at the slowest speed the one furthest above the form fitted to the others and continued downwards;
+    None if none lies above what 99 of 100 do, or too few are left to tell."""
+    late, others = states.select(slow), states.select(~slow)
+    try:
+        fit = least_squares(form.design(*others.coordinates.T), others.log_force)
+    except FitError:
+        return None
+    if not len(late) or fit.degrees_of_freedom < _LEAST_FREEDOM:
+        return None
+    from scipy.special import stdtrit
+
+    design = form.design(*late.coordinates.T)
+    above = late.log_force - design @ fit.coefficients
+    spread = fit.residual_sd * np.sqrt(1 + np.square(design @ fit.inverse_triangle).sum(axis=1))
+    i = int(np.argmax(above / np.maximum(spread, EXACT)))
+    if above[i] <= stdtrit(fit.degrees_of_freedom, 1 - _LATE) * spread[i] + EXACT:
+        return None
+    force = float(late.force[i])
+    return Late(str(late.name[i]), force, force * math.exp(-above[i]))
 
 
 def _furthest(states: States, residuals: FloatArray) -> Iterator[Finding]:
@@ -351,7 +394,7 @@ def _candidates(states: States) -> Iterator[tuple[Departure, FloatArray]]:
         for centre in np.unique(np.round(share / _BUMP)) * _BUMP:
             around = replace(departure, **{along: low + float(centre) * spread})  # type: ignore[arg-type]
             yield around, np.exp(-np.square((share - centre) / _BUMP))[:, None]
-        yield departure, np.column_stack([(2 * share - 1) ** power for power in _POWERS])
+        yield replace(departure, bends=True), np.column_stack([(2 * share - 1) ** power for power in _POWERS])
     place = states.place
     for number in range(place.max() + 1):
         here = place == number
@@ -361,9 +404,11 @@ def _candidates(states: States) -> Iterator[tuple[Departure, FloatArray]]:
 
 @dataclass(frozen=True, eq=False)
 class _Tester:
-    """Data of every test: ln F and place of m states, bases of the terms without and with an effect of every place."""
+    """Data of every test: ln F, coordinates and place of m states, bases of the terms, without and with an effect of
+    every place."""
 
     response: FloatArray
+    coordinates: FloatArray
     place: Indices
     terms: FloatArray
     terms_and_places: FloatArray
@@ -372,7 +417,9 @@ class _Tester:
     def of(cls, form: Form, states: States) -> _Tester:
         design, place = form.design(*states.coordinates.T), states.place
         place_columns = np.eye(place.max() + 1)[place]
-        return cls(states.log_force, place, _base(design), _base(np.hstack([design, place_columns])))
+        return cls(
+            states.log_force, states.coordinates, place, _base(design), _base(np.hstack([design, place_columns]))
+        )
 
     def test(self, departure: Departure, columns: FloatArray) -> Departure | None:
         """The F test of a departure; None where the states cannot show it.
@@ -402,6 +449,9 @@ class _Tester:
         effects = part @ np.linalg.solve(triangle[:-1, :-1], explained)
         sizes = np.abs(effects)
         largest = float(effects[sizes >= (1 - _SAME) * sizes.max()].max())
+        if departure.bends:
+            where = self.coordinates[int(np.argmax(effects == largest)), _AXES.index(departure.along)]
+            departure = replace(departure, **{departure.along: float(where)})  # type: ignore[arg-type]
         p_value = float(fdtrc(explained.size, freedom, ratio))
         return replace(departure, effect=math.expm1(largest), p_value=p_value)
 

@@ -13,6 +13,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import Conditions
 from forcemap.errors import InputError, UnknownName
+from forcemap.findings import Finding, FindingKind
 
 _FACTOR = re.compile(r"(d|h|v|ln\(v\))(?:\^([1-9]\d?))?")
 _FIELDS = {"d": "distance", "h": "height", "v": "speed", "ln(v)": "log_speed"}
@@ -259,6 +260,11 @@ def form_named(name: str) -> Form:
 def form_of(conditions: Conditions, form: Form | None = None) -> Form:
     """The form of a campaign's map: the one that is asked for, else `map.form` of campaign.toml, else CFM_3D."""
     return form or form_named(conditions.form or CFM_3D.name)
+
+
+def form_chosen(name: str) -> list[Finding]:
+    """That the form of a fitted map is another one than CFM_3D, which may have been chosen on the states of the map."""
+    return [] if name == CFM_3D.name else [Finding.of(FindingKind.FORM_CHOSEN, form=name)]
 
 
 CFM_2D = Form.of("CFM_2D", ["1", "v", "d", "d^2"])

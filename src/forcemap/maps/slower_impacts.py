@@ -12,10 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.dataset import States
+from forcemap.campaigns.dataset import Quantity, States, StateTolerance
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.form_test import SLOW_PLACES
+
+SLOW = 0.14
+"""A map that was measured down to this speed [m/s], or as close to it as repeats differ, tells of slower motion: one
+step down from 0.2 m/s. Four corners at it tell it in the virtual lab (docs/validity.md)."""
+
+_ROUNDING = 1e-9  # of a speed [m/s]
 
 
 @dataclass(frozen=True)
@@ -74,6 +81,19 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
         speed_mps=float(force_map.conditions.as_stated(slower.speed)[i]),
         lowest_mps=float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0]),
     )
+
+
+def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
+    """That a map of the force begins at speeds above SLOW, and nothing tells of slower motion; None otherwise."""
+    lowest, slow = float(force_map.measured_range.lowest[2]), SLOW + StateTolerance().speed - _ROUNDING
+    if force_map.quantity is not Quantity.FORCE or len(force_map.slower) or lowest < slow:
+        return None
+    beside = force_map.tested.select(force_map.tested.speed < slow)
+    if len(beside) and len(beside.places) >= SLOW_PLACES:
+        return None
+    stated = float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0])
+    figures = {"lowest_mps": lowest, "stated_mps": stated if stated > lowest else None}
+    return Finding.of(FindingKind.SLOW_IMPACTS_MISSING, **figures)
 
 
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:

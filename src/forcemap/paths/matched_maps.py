@@ -69,6 +69,12 @@ class MatchedMaps:
         return tuple(site for site in known if any(site not in sites for sites in hitting))
 
     @property
+    def at_flange(self) -> tuple[Finding, ...]:
+        """That a path of the flange is held against maps of other contact sites; empty if there are none."""
+        sites = {need.contact_site for need in self.offsets} - {"", "flange"}
+        return (Finding.of(FindingKind.SITE_NOT_AT_FLANGE, sites=tuple(sorted(sites))),) if sites else ()
+
+    @property
     def beside(self) -> tuple[Finding, ...]:
         """That contact sites lie beside the point of the path, whose tool must not turn then; empty if none does."""
         sites = [need.contact_site for need, offset in self.offsets.items() if offset.any()]

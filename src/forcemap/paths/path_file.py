@@ -16,6 +16,7 @@ from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError, one_line
 from forcemap.files import read_bytes
+from forcemap.findings import Finding, FindingKind
 from forcemap.paths.pose_log import read_pose_log
 from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ONE_SEGMENT, ToolPath
 from forcemap.recordings.column_map import listed
@@ -88,9 +89,9 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     if columns is not None:
         if robot is not None:
             raise InputError("path: a column map is one of positions; joints are named joint_1_rad, joint_2_rad, ...")
-        points, clock, labels = read_pose_log(read_bytes(path), str(path), columns)
+        points, clock, labels, doubts = read_pose_log(read_bytes(path), str(path), columns)
         logged = _path_through(points, tuple(labels or [ONE_SEGMENT] * len(points)), clock, str(path))
-        return replace(logged, end_name=labels[-1] if labels else "")
+        return replace(logged, end_name=labels[-1] if labels else "", doubts=doubts, logged=True)
     try:
         table = read_table(read_bytes(path), str(path), what="point", remarked=True)
     except TableError as error:
@@ -120,7 +121,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     try:
         if joints:
             bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_one)
-            return replace(bent, end_name=end_name, speeds_of=motion)
+            bent = replace(bent, of_flange=robot is not None and not np.any(robot.contact_offset))
+            return replace(bent, end_name=end_name, speeds_of=motion, doubts=_way_back(table, bent.points))
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -129,7 +131,16 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
     straight = _path_through(points, (*names, ""), time, str(path), speeds)
-    return replace(straight, by_one=by_one, end_name=end_name, speeds_of=motion)
+    doubts = _way_back(table, straight.points)
+    return replace(straight, by_one=by_one, end_name=end_name, speeds_of=motion, doubts=doubts)
+
+
+def _way_back(table: Table, points: FloatArray) -> tuple[Finding, ...]:
+    """That the motion back to the first row is not looked at, where that states the speed of the motion to it."""
+    stated = table.columns.get("speed_to_point_mps", [""])[0].strip()
+    apart = float(np.linalg.norm(points[-1] - points[0]))
+    back = Finding.of(FindingKind.WAY_BACK, speed=stated, apart_m=apart)
+    return (back,) if stated and apart > _STRAIGHT else ()
 
 
 def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:

@@ -319,6 +319,8 @@ def _path_speeds(
         standard_of=None if math.isnan(standard) else strictest.standard_limit(~excluded, path.names),
         matched=matched,
         doubts=(
+            *path.doubts,
+            *(matched.at_flange if path.of_flange else ()),
             *matched.named_late(path),
             *matched.beside,
             *_rows_apart(path, excluded, task.acceleration, allowance),
@@ -415,6 +417,7 @@ def _notes(
         Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
         *([] if math.isnan(mass) else masses),
         _programmed(path, programmed, excluded, task.acceleration),
+        *([Finding.of(FindingKind.AS_LOGGED)] if path.logged else []),
         *([Finding.of(FindingKind.EXCLUDED_BY_TASK, segments=although)] if excluded.any() else []),
         Finding.of(FindingKind.ONLY_AS_MEASURED),
     )

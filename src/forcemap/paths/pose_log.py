@@ -10,12 +10,13 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError, RecordingError, TableError, nearest_names
-from forcemap.recordings.cells import cells_of
+from forcemap.findings import Finding, FindingKind
+from forcemap.recordings.cells import cells_of, is_number
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.layout import Layout, find_layout
 from forcemap.recordings.numbers import read_numbers, refuse_doubtful_decimal
 from forcemap.recordings.sampling import in_seconds
-from forcemap.recordings.text import lines_of
+from forcemap.recordings.text import lines_of, text_of
 
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Units of positions [m]."""
@@ -35,14 +36,18 @@ _SPEEDS = (
 )  # what a waypoint list has, and a log has not
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
+_OVERRIDE = re.compile(
+    r"override|(speed|vel(ocity)?)[\s_.-]*(scal|fraction|slider)|geschwindigkeitsfaktor", re.IGNORECASE
+)
+_FULL = 0.99  # share of full speed from which a run counts as not slowed down
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
 _AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
 
 
 def read_pose_log(
     content: bytes, file: str, columns: Mapping[str, Any]
-) -> tuple[FloatArray, FloatArray | None, list[str] | None]:
-    """Positions [m], shape (n, 3), times [s] or None, and the name of the segment that begins at each, or None.
+) -> tuple[FloatArray, FloatArray | None, list[str] | None, tuple[Finding, ...]]:
+    """Positions [m], shape (n, 3), times [s] or None, the name of the segment that begins at each, or None, and doubts.
 
     Raises
     ------
@@ -72,7 +77,22 @@ def read_pose_log(
             _refuse_slow(time, "sampling_rate_Hz", "sampling_rate_Hz")
     except RecordingError as error:
         raise TableError(error.message, file=file, row=error.row, column=error.column) from None
-    return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None
+    slowed = tuple(_slowed(lines, layout)) if time is not None else ()
+    return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None, slowed
+
+
+def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
+    """That columns of the log, which are not read, say that the run was slowed down, in shares or in percent."""
+    lowest = {}
+    for column in (column for column, name in enumerate(layout.names) if _OVERRIDE.search(name)):
+        rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines())
+        cells = [row[column] for row in rows if column < len(row) and is_number(row[column])]
+        moving = [share for cell in cells if (share := float(cell.replace(layout.decimal, "."))) > 0]
+        full = 1.0 if max(moving, default=0.0) <= 1 else 100.0
+        if moving and min(moving) < _FULL * full:
+            lowest[layout.names[column]] = min(moving) / full
+    if lowest:
+        yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))
 
 
 def _column_map(columns: Mapping[str, Any]) -> ColumnMap:

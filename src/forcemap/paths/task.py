@@ -205,7 +205,9 @@ class Task:
     def findings(self) -> tuple[Finding, ...]:
         """What the task does not state, so that it is taken from the campaign."""
         stated = {*self.conditions, *(["contact_site"] if self.contact_sites else [])}
-        missing = [key.replace("_", " ") for key in _SHARED if key not in stated]
+        loads = [self.payload if math.isnan(each.payload) else each.payload for each in self.segments if each.contact]
+        stated |= {"payload"} if not np.isnan(loads).any() else set()
+        missing = [key.replace("_", " ") for key in (*_SHARED, "payload") if key not in stated]
         return (Finding.of(FindingKind.AS_IN_CAMPAIGN, missing=", ".join(missing)),) if missing else ()
 
 

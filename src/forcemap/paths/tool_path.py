@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.errors import InputError
+from forcemap.findings import Finding
 from forcemap.speeds.zones import Segments
 
 FASTEST = 10.0
@@ -66,6 +67,12 @@ class ToolPath:
     unseen : array, shape (n + 1,) or None
         Longest time between two rows while the program stands at each point [s]: it may have moved and come back; None
         for an untimed path, or one that stands nowhere.
+    doubts : tuple of Finding
+        What its file leaves open, to be said first.
+    logged : bool
+        True for what a controller recorded of a run.
+    of_flange : bool
+        True for a path of joints whose contact point nobody has stated: then it is that of the flange.
 
     Raises
     ------
@@ -87,6 +94,9 @@ class ToolPath:
     end_name: str = ""
     speeds_of: str = ""
     unseen: FloatArray | None = None
+    doubts: tuple[Finding, ...] = ()
+    logged: bool = False
+    of_flange: bool = False
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -317,8 +327,8 @@ class ToolPath:
         turning = None if self.turning is None else self.turning[piece]
         stated = None if self.stated_speeds is None else self.stated_speeds[piece]
         by_one = None if self.by_one is None else self.by_one[piece]
-        bent, said = (self.deviation, turning), (self.end_name, self.speeds_of)
-        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, *said, unseen)
+        cut: dict[str, Any] = {"turning": turning, "stated_speeds": stated, "by_one": by_one, "unseen": unseen}
+        return replace(self, points=points, names=names, time=time, wait=wait, rows=rows, **cut)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

@@ -132,6 +132,9 @@ class ConfirmationResult:
         Why.
     bump_missed : float
         1 less `bump_detected` of the plan: how often impacts like these do not see it; NaN if it is unknown.
+    settled : tuple of ConfirmingImpact
+        Impacts that cannot tell, not censored and with a force within the limit, of whose state another one passes:
+        they count for nothing.
     """
 
     impacts: tuple[ConfirmingImpact, ...]
@@ -139,6 +142,7 @@ class ConfirmationResult:
     outcome: Confirmed
     reason: Finding
     bump_missed: float = math.nan
+    settled: tuple[ConfirmingImpact, ...] = ()
 
     @property
     def missed(self) -> dict[str, float]:
@@ -283,6 +287,16 @@ class ConfirmationPlan:
         ]
         if not judged:
             return replace(self, result=None)
+        passed = {impact.state for impact in judged if impact.outcome is Confirmed.PASSES}
+        settled = [
+            impact
+            for impact in judged
+            if impact.outcome is Confirmed.CANNOT_TELL
+            and impact.state in passed
+            and impact.recording in known
+            and impact.force <= within
+        ]
+        judged = [impact for impact in judged if impact not in settled]
         near = sum(impact.near_limit(within) and impact.reason.kind is not _FASTER for impact in judged)
         outcome, reason = _overall(self, judged, int(missing.sum()), near)
         planned = self
@@ -293,7 +307,9 @@ class ConfirmationPlan:
             planned = replace(self, plan=self.plan.select(before), added=none, replaced=none)
             planned = replace(planned, released=self.released[before], bound_force=self.bound_force[before])
         names = tuple(self.plan.recording[missing].tolist())
-        result = ConfirmationResult(tuple(judged), names, outcome, reason, 1 - self.bump_detected)
+        result = ConfirmationResult(
+            tuple(judged), names, outcome, reason, 1 - self.bump_detected, settled=tuple(settled)
+        )
         return replace(planned, result=result)
 
 

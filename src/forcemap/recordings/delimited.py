@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,8 @@ def read_delimited(content: bytes, columns: ColumnMap | None) -> list[Curve]:
     block = _without_cut_row(read_numbers(lines, layout), layout)
     refuse_doubtful_decimal(lines, layout)
     curves = _long(block, layout) if block.labels else _wide(block, layout)
-    return [replace(curve, notes=(*curve.notes, *block.notes), metadata=layout.metadata) for curve in curves]
+    of_file: dict[str, Any] = {"metadata": layout.metadata, "unit_stated": layout.unit_stated}
+    return [replace(curve, notes=(*curve.notes, *block.notes), **of_file) for curve in curves]
 
 
 def _without_cut_row(block: NumberBlock, layout: Layout) -> NumberBlock:

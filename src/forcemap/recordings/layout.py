@@ -11,19 +11,22 @@ from forcemap.errors import RecordingError
 from forcemap.recordings.cells import cells_of, find_delimiter, is_number
 from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap
 from forcemap.recordings.header import Header, find_header, optional_columns, plain_columns
+from forcemap.recordings.recording import LEAST_SAMPLES
 from forcemap.recordings.sampling import refuse_other_unit
 from forcemap.recordings.selection import Selection, select
 from forcemap.recordings.text import LONGEST_LINE, first_lines, text_of
-from forcemap.recordings.units import ForceUnit, TimeUnit, Unit, remarked_units
+from forcemap.recordings.units import ForceUnit, TimeUnit, Unit, remarked_units, stated_unit
 
 _SAMPLE, _SAMPLE_LINES = 1 << 16, 20  # bytes, from whose last lines the delimiter is found; a choice
+_RATE = 0.1  # share by which a sampling rate may differ from the times beside it, rounding apart; a choice
 
 
 @dataclass(frozen=True)
 class Layout:
     """The layout of a delimited file; its numbers begin at the byte `start`, in row `row` (counted from 1).
 
-    A row has `width` cells, or up to `optional` more: a comment, which may be missing.
+    A row has `width` cells, or up to `optional` more: a comment, which may be missing. `unit_stated` if it says that of
+    the force.
     """
 
     columns: ColumnMap
@@ -36,6 +39,7 @@ class Layout:
     row: int
     names: tuple[str, ...]
     metadata: dict[str, str]
+    unit_stated: bool
 
     def name(self, column: int) -> str:
         """The name of a column, else its number counted from 1."""
@@ -71,8 +75,10 @@ def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
         raise RecordingError("the column map states neither time nor sampling_rate_Hz; state one of them")
     header = find_header(first_lines(content), delimiter, columns)
     selection = select(columns, header.names, len(header.first))
-    _refuse_other_units(header, columns, selection)
+    unit_stated = _refuse_other_units(header, columns, selection)
     decimal = columns.decimal or _decimal(header, sample, delimiter, selection)
+    if columns.time is None:
+        _refuse_other_rate(header, columns.sampling_rate, [cells_of(line, delimiter) for line in sample], decimal)
     row, more = len(header.lines) + 1, len(header.first) > len(selection.used) or columns.runs == ALL_COLUMNS
     unstated = delimiter == "," != columns.delimiter and not header.names and decimal == "."
     if unstated and more and content.find(b".", header.start) < 0:  # "0,5,12,3" may be four numbers or two
@@ -92,11 +98,30 @@ def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
             "is a name missing before, or a comma a decimal sign? correct the names, or state decimal and delimiter"
         )
         raise RecordingError(f"{problem}; {remedy}", row=row, column=header.names[width])
-    return Layout(columns, selection, delimiter, decimal, width, optional, header.start, row, header.names, lines)
+    at = header.start, row, header.names, lines
+    return Layout(columns, selection, delimiter, decimal, width, optional, *at, unit_stated)
 
 
-def _refuse_other_units(header: Header, columns: ColumnMap, selection: Selection) -> None:
-    """Refuse units of the header, or beside the numbers, that are not those of the column map."""
+def _refuse_other_rate(header: Header, rate: float, sample: Sequence[Sequence[str]], decimal: str) -> None:
+    """Refuse a sampling rate [Hz] that a column of times, which is not read, contradicts by more than its rounding."""
+    for column, name in enumerate(header.names):
+        unit = stated_unit(name, of_time=True)
+        cells = [row[column] for row in sample if column < len(row) and is_number(row[column])]
+        if not isinstance(unit, TimeUnit) or len(cells) < LEAST_SAMPLES:
+            continue
+        times = [float(cell.replace(decimal, ".")) / unit.per_second for cell in cells]
+        rounded = 10.0 ** -len(cells[-1].partition(decimal)[2]) / unit.per_second
+        lasts, expected = times[-1] - times[0], (len(times) - 1) / rate
+        if times == sorted(times) and lasts > 0 and abs(lasts - expected) > _RATE * expected + 2 * rounded:
+            apart = lasts / (len(times) - 1)
+            problem = f"found rows {apart:.4g} s apart by this column, sampling_rate_Hz = {rate:g} has {1 / rate:.4g} s"
+            raise RecordingError(f"{problem}; state the column as time, or the rate that it has", column=name)
+
+
+def _refuse_other_units(header: Header, columns: ColumnMap, selection: Selection) -> bool:
+    """Refuse units of the header, or beside the numbers, that are not those of the column map; False if none states
+    that of the force."""
+    stated_there = columns.force_unit is ForceUnit.COUNTS
     used = set(selection.used)
     beside = tuple("" if column in used or is_number(cell) else cell for column, cell in enumerate(header.first))[
         1:
@@ -109,7 +134,7 @@ def _refuse_other_units(header: Header, columns: ColumnMap, selection: Selection
             nothing_else = texts in header.units and not is_time
             text = f"[{cell.strip('[](){}<>')}]" if nothing_else else cell
             alone = not (nothing_else or texts is header.names)
-            refuse_other_unit(cell or f"{column + 1}", stated, text, alone=alone)
+            stated_there |= refuse_other_unit(cell or f"{column + 1}", stated, text, alone=alone) and not is_time
     for row, line in enumerate(header.lines, 1):
         read: list[Unit] = [columns.force_unit]
         read += [] if selection.time is None else [columns.time_unit]
@@ -117,6 +142,8 @@ def _refuse_other_units(header: Header, columns: ColumnMap, selection: Selection
             remarked = remarked_units(line, of_time=isinstance(unit, TimeUnit))
             if remarked and unit not in remarked and unit is not ForceUnit.COUNTS:
                 refuse_other_unit(f"header {row}", unit, f"[{remarked[0]}]")
+            stated_there |= bool(remarked) and isinstance(unit, ForceUnit)
+    return stated_there
 
 
 def _sample(content: bytes) -> list[str]:

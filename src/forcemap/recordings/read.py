@@ -81,6 +81,7 @@ def read_recordings(
                     size=len(content),
                     notes=curve.notes,
                     metadata=curve.metadata,
+                    unit_stated=curve.unit_stated,
                 )
             )
         return recordings

@@ -45,6 +45,8 @@ class Recording:
         What a reader should know of the sampling, and what was left out.
     metadata : mapping of str to str
         The lines of the file before the names of the columns.
+    unit_stated : bool
+        False if the file does not say the unit of the force, so that it is the one of the column map.
 
     Raises
     ------
@@ -64,6 +66,7 @@ class Recording:
     size: int = 0
     notes: tuple[str, ...] = ()
     metadata: Mapping[str, str] = field(default_factory=dict)
+    unit_stated: bool = True
 
     def __post_init__(self) -> None:
         # copies, so that nobody changes a recording from outside

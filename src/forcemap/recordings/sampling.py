@@ -37,13 +37,15 @@ _GAP, _GAPS_SHOWN = 5.0, 3  # median intervals: longer ones are noted, the first
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve of a file: times [s], forces [N] of one column or three, notes, and the lines before the columns."""
+    """A curve of a file: times [s], forces [N] of one column or three, notes, the lines before the columns;
+    whether the file says the unit of the force."""
 
     name: str
     time: FloatArray
     forces: Sequence[FloatArray]
     notes: tuple[str, ...]
     metadata: Mapping[str, str] = field(default_factory=dict)
+    unit_stated: bool = True
 
 
 def in_seconds(
@@ -145,8 +147,9 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
     return tuple(notes)
 
 
-def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = False) -> None:
-    """Refuse a unit that a text states and the column map states otherwise, or that forcemap does not read.
+def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = False) -> bool:
+    """Refuse a unit that a text states and the column map states otherwise, or that forcemap does not read; False if no
+    text states one.
 
     Parameters
     ----------
@@ -167,13 +170,13 @@ def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = Fals
     unit = next(filter(None, (stated_unit(text, alone=alone, of_time=of_time) for text in texts)), None)
     entry = "time_unit" if of_time else "force_unit"
     if unit is None or unit is stated:
-        return
+        return unit is stated
     if isinstance(unit, type(stated)) and unit is not ForceUnit.COUNTS:
         default = f" ({stated.value} is the default, too)" if stated in _IF_NOT_STATED else ""
         problem = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}{default}"
         raise RecordingError(f"{problem}; state {entry} = {unit.value!r}, or correct the file", column=column)
     if stated is ForceUnit.COUNTS:  # a unit of its own, with a factor
-        return
+        return True
     expected = f"{listed(TimeUnit)}; convert, or state sampling_rate_Hz in place of time"
     if not of_time:
         units = [each for each in ForceUnit if each is not ForceUnit.COUNTS]

@@ -113,14 +113,16 @@ def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]
     curves = []
     for group in groups:
         members = [channels[name] for name in group]
-        forces = [_force(name, channel, size, columns) for name, channel in zip(group, members, strict=True)]
+        named = list(zip(group, members, strict=True))
+        stated = [refuse_other_unit(name, columns.force_unit, *_units(channel)) for name, channel in named]
+        forces = [_force(name, channel, size, columns) for name, channel in named]
         if {len(force) for force in forces} != {len(forces[0])} or len(forces[0]) < LEAST_SAMPLES:
             lengths = ", ".join(str(len(force)) for force in forces)
             raise RecordingError(
                 f"found {lengths} samples, expected at least {LEAST_SAMPLES} and as many in each", column=group[0]
             )
         times, notes = _times(time, channels, members, size, columns)
-        curves.append(Curve(group[0], times, forces, notes))
+        curves.append(Curve(group[0], times, forces, notes, unit_stated=all(stated)))
     return curves
 
 
@@ -162,7 +164,6 @@ def _units(channel: TdmsChannel) -> tuple[str, ...]:
 
 
 def _force(name: str, channel: TdmsChannel, size: int, columns: ColumnMap) -> FloatArray:
-    refuse_other_unit(name, columns.force_unit, *_units(channel))
     properties = channel.properties
     if properties.get("DecimationLevel", 0):
         problem = "found a channel of decimated data, in which peaks are missing"

@@ -7,6 +7,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator
 from enum import StrEnum
+from itertools import pairwise
 from typing import TypeAlias
 
 
@@ -122,7 +123,8 @@ _PRODUCT = re.compile(
     rf"(?:ft|in|inch|[cmk]?m)[\s_.·*-]*(?:{_POUNDS})s?)(?![^\W_])"
 )
 _NO_FORCE_WORDS = """
-    torque torsion moment moments momente drehmoment mx my mz stiffness steifigkeit impulse impuls energy energie
+    torque torsion moment moments momente momento momenti drehmoment couple coppia mx my mz tx ty tz
+    stiffness steifigkeit impulse impuls energy energie pressure pression pressione presion df
 """
 _NO_FORCE, _FORCE = (
     frozenset(_NO_FORCE_WORDS.split()),
@@ -164,7 +166,8 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
     found = _stated_unit(text, alone, of_time)
     if of_time or not (found is None or isinstance(found, ForceUnit)):
         return found
-    words = {*_words(text)}
+    apart = _words(text)
+    words = {*apart, *map("".join, pairwise(apart))}  # "M_z" as "Mz"
     of_another = found is not None and not _NO_FORCE.isdisjoint(words) and _FORCE.isdisjoint(words)
     of_another |= found is not None and _AFTER_UNIT.search(text) is not None
     return text if of_another or _PRODUCT.search(_ANY_BRACKET.sub(" ", text)) else found

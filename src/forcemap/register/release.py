@@ -28,7 +28,7 @@ from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
-from forcemap.register.in_force import Released, failed
+from forcemap.register.in_force import DEVICE, Fact, Released, failed
 from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, IMPACTS, RELEASES, USES, WITHDRAWALS
 from forcemap.speeds.basis import Basis, limit_basis, unconfirmed
 from forcemap.speeds.quantities import cases_of
@@ -144,28 +144,40 @@ def release(
     with register.writing() as connection:
         number, cell = require_cell(connection, cell)
         action = Action(register, connection, person)
-        if before := entered_before(connection, content, number):
-            said = [sentence(Finding.of(FindingKind.RELEASED_ENTERED_BEFORE, changes=before))]
-            found = replace(found, speeds=found.speeds | {"warnings": [*said, *found.speeds["warnings"]]})
+        facts = facts_of(connection, number)
+        others, kind = _others_since(content, facts), FindingKind
+        before = entered_before(connection, content, number)
+        doubts = [Finding.of(kind.RELEASED_ENTERED_BEFORE, changes=before)] if before else []
+        doubts += [Finding.of(kind.RELEASED_CHANGED_BACK, conditions=others)] if others else []
+        said = sentences(doubts)
+        found = replace(found, speeds=found.speeds | {"warnings": [*said, *found.speeds["warnings"]]})
         found = _beside_points(found, refused if content.points else _refused_before(connection, number))
         values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
-        before = _before(connection, values)
-        facts = facts_of(connection, number)
+        earlier = _before(connection, values)
 
         def wrong_with(row: Any, again: str | None = None) -> tuple[fm.Finding, ...]:
             return failed(released(row), facts, (), replaced_by=None, entered_again=again, now=action.at)
 
-        same = before and not before["withdrawn"] and all(before[name] == value for name, value in values.items())
-        if same and not wrong_with(before, entered_again(connection, RELEASES.c.id == before["id"]).get(before["id"])):
-            return ReleaseEntered(before["id"], False, before["replaces"], cell, also_of, head(connection))
-        values |= {"replaces": before["id"] if before else None, "person": action.person, "at": action.at}
+        same = earlier and not earlier["withdrawn"] and all(earlier[name] == value for name, value in values.items())
+        if same and not wrong_with(
+            earlier, entered_again(connection, RELEASES.c.id == earlier["id"]).get(earlier["id"])
+        ):
+            return ReleaseEntered(earlier["id"], False, earlier["replaces"], cell, also_of, head(connection))
+        values |= {"replaces": earlier["id"] if earlier else None, "person": action.person, "at": action.at}
         if wrong := wrong_with({**values, "entry": action.entry}):
             raise NotReleasable(f"nothing is released, it would not be in force: {'; '.join(sentences(wrong))}")
-        entered = action.add(RELEASES, **values)
-        done = action.done("release", f"release {entered}", cell=cell, of=found.subject, valid_until=until)
-    return ReleaseEntered(entered, True, values["replaces"], cell, also_of, done)
+        release = action.add(RELEASES, **values)
+        done = action.done("release", f"release {release}", cell=cell, of=found.subject, valid_until=until)
+    return ReleaseEntered(release, True, values["replaces"], cell, also_of, done)
+
+
+def _others_since(content: CampaignContent, facts: Sequence[Fact]) -> tuple[str, ...]:
+    """Conditions of the cell that were others after the measurements, whatever they are now: entry, value and day."""
+    last, stated = content.measured[1] or "", content.conditions
+    others = [fact for fact in facts if fact.kind != DEVICE and fact.since[:10] > last and fact.value is not None]
+    return tuple(f"{f.kind} {f.value} from {f.since[:10]} on" for f in others if f.value != stated.get(f.kind))
 
 
 def withdraw(register: Register, number: int, reason: str, *, person: str = "") -> Head:

@@ -36,10 +36,12 @@ from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_tabl
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.above_bound import confirming_above, far_above, held, points_above, unit_of
+from forcemap.maps.below_map import far_below
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, untested_margin, weakness
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.forms import form_chosen
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.maps.slower_impacts import cover_slower, slower_impacts, upper_of_slower
+from forcemap.maps.slower_impacts import cover_slower, slow_impacts_missing, slower_impacts, upper_of_slower
 from forcemap.speeds.allowance import Allowance
 
 _SCATTERED = 1.05
@@ -392,7 +394,8 @@ def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
         *([excluded] if excluded else []),
         *([Finding.of(FindingKind.NO_RESIDUALS)] if saturated else []),
         *([Finding.of(FindingKind.REPEATS_DISAGREE, names=apart, apart=DISAGREEMENT - 1)] if apart else []),
-        *([slower] if (slower := slower_impacts(force_map)) else []),
+        *filter(None, (slower_impacts(force_map), slow_impacts_missing(force_map))),
+        *([below] if (below := far_below(force_map, force_map.tested)) else []),
         *_falls(force_map),
         *(tested.warnings if tested else ()),
         *([drift.finding] if drift and drift.significant else []),
@@ -446,19 +449,19 @@ def limit_basis(
     error, suits = conditions.device.error_or_default, DeviceSuitability()
     broken = binding.refusal
     unbound = binding.reason if binding.state is BindingState.UNBOUND else None
-    first: Finding | None = None
+    first: tuple[Finding, ...] = ()
     if isinstance(limit, ForceLimit):
         if kind is None:
             raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
         newtons: Any = limit.force(kind) if limit.permitted else math.nan
-        lowest, quasi_static, first = newtons, limit.tabulated_quasi_static, limit.head_finding
+        lowest, quasi_static, first = newtons, limit.tabulated_quasi_static, limit.doubts
         suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
     else:
         newtons = limit.force
         lowest = float(np.min(newtons)) if np.size(newtons) else math.inf
         quasi_static = math.inf if limit.quasi_static is None else limit.quasi_static
         if limit.spring_N_per_m is None:
-            first = Finding.of(FindingKind.DEVICE_ALONE)
+            first = (Finding.of(FindingKind.DEVICE_ALONE),)
         else:
             suits = device_suitability("the limit", limit.spring_N_per_m, conditions.device.stiffness)
     if kind is Contact.TRANSIENT:
@@ -475,9 +478,9 @@ def limit_basis(
         newtons=newtons,
         raised=suits.raised,
         refusals=tuple(refusal for refusal in refusals if refusal),
-        warnings=tuple(warning for warning in (first, unbound) if warning),
+        warnings=(*first, *([unbound] if unbound else [])),
         notes=(suits.statement,) if suits.statement else (),
-        export_refusal=broken or (None if isinstance(limit, ForceLimit) else first),
+        export_refusal=broken or (None if isinstance(limit, ForceLimit) else next(iter(first), None)),
         conditions=conditions,
         phase_two=phase_two,
     )
@@ -506,10 +509,11 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
 
     note(kind.PERSON_AT_REST)
     note(kind.AROUND_THE_BASE)
+    note(kind.AS_IT_STOOD)
     measured = np.concatenate([force_map.measured_range.lowest[2:], *(s.speed for s in (fit.of_table if fit else ()))])
     lowest, stated = float(measured.min()), float(force_map.conditions.as_stated(measured).min())
     slowest = {"lowest_mps": lowest, "stated_mps": stated if stated > lowest else None}
-    note(kind.SLOWER_UNMEASURED, not len(force_map.slower), **slowest)
+    note(kind.SLOWER_UNMEASURED, not (len(force_map.slower) or slow_impacts_missing(force_map)), **slowest)
     note(kind.PRESSURE_NOT_ASSESSED)
     note(kind.DEVICE_RANGE_NOT_STATED, math.isnan(force_map.device_range))
     device = force_map.conditions.device
@@ -519,6 +523,7 @@ def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = Non
         states = len(force_map.measured_range.points)
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
         note(kind.BOUND_OF_FORM, not ((tested := force_map.form_test) and tested.misses))
+    notes += form_chosen(force_map.form.name) if fit else []
     begins = float(force_map.measured_range.lowest[2])  # at contact, whatever was stated
     slow = begins < RAISED_FROM - StateTolerance().speed
     factors = {"from_mps": RAISED_FROM, "raised": RAISED_OFF_AXIS - 1, "slower": RAISED_SLOWER}

@@ -73,7 +73,8 @@ class SafeSpeed:
         What is known of the speed.
     extrapolated_speed : float or array
         Where to measure next [m/s], a hint and no permission: where the bound, continued below the measured
-        speeds, rises to the limit; 0.0 if it never lies below. NaN unless the bound makes it unconfirmed.
+        speeds, rises to the limit; 0.0 if it never lies below. NaN unless the bound makes it unconfirmed, and of a map
+        that is to hold from a stated speed on.
     lowest_measured_speed, highest_measured_speed : float or array
         Measured speeds at the place [m/s]; NaN outside.
     predicted_force, bound_force : float or array
@@ -404,7 +405,10 @@ def _safe_speed(
             outcome[where], reason[where] = kind, Finding.of(FindingKind(kind.value)).and_(*unseen)
         reason[too_slow] = Finding.of(FindingKind.SLOWER_NOT_COVERED, slower=basis.slower - 1 or None)
         refused = np.setdiff1d(np.flatnonzero(np.isnan(speed) & ~np.isnan(low)), too_slow)
-        slower = refused if hints else np.empty(0, dtype=np.int64)
+        usable = (
+            hints and not force_map.conditions.slowest > 0
+        )  # a map that holds from a speed on is fitted to none below
+        slower = refused if usable else np.empty(0, dtype=np.int64)
         hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
             outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, state

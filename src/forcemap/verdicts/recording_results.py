@@ -103,6 +103,14 @@ class RecordingsCheck:
         return [checked.pressure for checked in self.recordings if checked.pressure]
 
     @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """What must be said first: that the unit of the force stands in no file, and that of the verdicts."""
+        judged = [each.recorded.recording for each in self.recordings if each.recorded and each.verdicts]
+        unit_open = tuple(recording.name for recording in judged if not recording.unit_stated)
+        said = [Finding.of(FindingKind.UNIT_NOT_IN_FILE, names=unit_open)] if unit_open else []
+        return (*said, *(line for verdict in self.verdicts for line in verdict.warnings))
+
+    @property
     def simulated(self) -> bool:
         """True if the campaign or a recording says so."""
         read = [checked.recorded.recording for checked in self.recordings if checked.recorded]

@@ -224,13 +224,15 @@ def _limits_of(
         if quasi_static is not None or spring is not None:
             raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons")
         suits = device_suitability(limit.name, limit.stiffness, stiffness)
-        warnings = (limit.head_finding,) if limit.head_finding else ()
         whole = kind is Contact.QUASI_STATIC
-        return _Limits(limit.quasi_static if whole else limit.transient, limit.quasi_static, suits, warnings=warnings)
+        return _Limits(
+            limit.quasi_static if whole else limit.transient, limit.quasi_static, suits, warnings=limit.doubts
+        )
     stated = NewtonLimit.of(limit, quasi_static, spring)
     if np.ndim(stated.force):
         raise InputError("limit: expected one limit in newtons")
-    suits, warnings = DeviceSuitability(), (Finding.of(FindingKind.DEVICE_ALONE),)
+    suits = DeviceSuitability()
+    warnings: tuple[Finding, ...] = (Finding.of(FindingKind.DEVICE_ALONE),)
     if stated.spring_N_per_m is not None:
         suits, warnings = device_suitability("the limit", stated.spring_N_per_m, stiffness), ()
     lasting = stated.force if stated.quasi_static is None else stated.quasi_static

@@ -20,6 +20,7 @@ from forcemap.campaigns.recordings_table import Use
 from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
 from forcemap.findings import FindingKind
+from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.planning.confirm import Confirmed
 from forcemap.speeds.basis import doubts_of_fit, unconfirmed
 from forcemap.web.campaign_answers import problem_words
@@ -125,7 +126,7 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     case = _case(name, path, limit, contact, limits)
     if case.state == "contradicted":
         return NextStep(sentence=f"find out why: {case.reason}", states=[], command=f"forcemap confirm {asked}")
-    if case.state == "permitted":
+    if case.state == "permitted" and not slow_impacts_missing(fitted_campaign(path).force_map):
         if case.confirmed_by:
             said = f"release: {case.confirmed_by} impacts at released speeds confirm the map"
             return NextStep(sentence=said, states=[], command=f"forcemap report {name} --area {limit.name}")
@@ -148,12 +149,13 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     if case.confirmed_by:
         confirmed = f"{case.confirmed_by} impacts confirm the map"
         before = f"nothing for these speeds: {confirmed}, and with more states it is another one, to be confirmed again"
-    first = f"{before}; for speeds at more places " if case.permitted else ""
-    first = f"{ask}; else " if (ask := _other_form(path)) else first
-    further = f"{first}measure {len(states)} further states"
-    said = "; ".join([further, *map(sentence, (found.progress, *found.within))])
-    warnings = tuple(sentences(found.warnings))
-    return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
+    ask, slow = _other_form(path), any(reason.kind is FindingKind.SLOW_PLANNED for reason in found.reasons)
+    first = f"{before}; for speeds at more places " if case.permitted and not slow else ""
+    further = f"{f'{ask}; else ' if ask else first}measure {len(states)} {'slow' if slow else 'further'} states"
+    why = found.reasons if slow else ()
+    said = "; ".join([further, *map(sentence, (*why, found.progress, *found.within))])
+    command = _FORMS.format(name) if ask else f"forcemap next {asked}"
+    return NextStep(sentence=said, states=states, command=command, warnings=tuple(sentences(found.warnings)))
 
 
 def _other_form(path: Path) -> str:

@@ -22,6 +22,7 @@ from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, Bound, Fixe
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form, form_of
+from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.planning.design import LARGEST, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, StandardExpectation
 from forcemap.planning.measurements import REPEATS
@@ -67,10 +68,11 @@ _MORE_ANSWERS = (
     FindingKind.OF_QUANTITY,
     *(FindingKind.FORM_DOUBTED, FindingKind.FORM_NOT_TESTED, FindingKind.FORM_PARTLY_TESTED),
     *(FindingKind.FORM_UNSEEN_BETWEEN, FindingKind.FALLS_WITH_SPEED, FindingKind.SLOW_AT_FEW_PLACES),
-    FindingKind.DRIFT_FOUND,
+    *(FindingKind.SLOW_IMPACTS_MISSING, FindingKind.DRIFT_FOUND),
 )
 """Doubts about a map that further states may answer: where there is one, nobody is told that measuring may stop."""
 
+_SLOWER = 0.7  # times the slowest measured speed: one step from 0.2 m/s to SLOW; a choice (docs/validity.md)
 _DECIMALS, _ROUNDING = 6, 1e-9  # of the speeds to choose from [m/s]
 
 
@@ -287,7 +289,8 @@ def _choice(
         if not (far and isinstance(again, NextMeasurements)):  # else around it, where it can be read
             return again
         now = replace(now, warnings=(*refused, *now.warnings))
-    return _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
+    slow = _slow_impacts(aim, now, force_map, aim.seen) if slow_impacts_missing(force_map) and aim.left > 0 else None
+    return slow or _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
 
 
 def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequence[float], float, tuple[Finding, ...]]:
@@ -470,6 +473,21 @@ def _where_exceeded(
     states = states[ladder.allows(states)][: aim.batch] if len(states) else states
     if not len(states):
         return _stopped(now, Stop.LIMIT_NOT_USABLE, why)
+    now = replace(now, reasons=(why,), expected_speed=math.nan)
+    return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
+
+
+def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: States) -> _Choice | None:
+    """The corners at a slower speed than the map has, since every motion passes through it; None if all are measured
+    or may be above the device's range."""
+    lowest = float(force_map.measured_range.lowest[2])
+    states = at_speeds(aim.place_range.grid(2), np.array([round(_SLOWER * lowest, 2)]))[: aim.batch]
+    ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
+    states = states[no_repeats(states, seen.coordinates, aim.tolerance)]
+    states = states[ladder.allows(states)] if len(states) else states
+    if not len(states):
+        return None
+    why = Finding.of(FindingKind.SLOW_PLANNED, slowest_mps=lowest if math.isnan(aim.conditions.slowest) else None)
     now = replace(now, reasons=(why,), expected_speed=math.nan)
     return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
