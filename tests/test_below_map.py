@@ -60,10 +60,12 @@ def test_which_states_lie_far_below(shares):
 
 
 def test_what_the_map_does_not_tell_of_is_left_alone():
-    """Beside the measured places, slower or faster than was measured, and of a map that was not fitted."""
+    """Beside the measured places, slower than was measured, and of a map that was not fitted."""
     places = np.array([[0.4, 0.3, 0.2], [0.7, 0.3, 0.05], [0.7, 0.3, 0.9]])
-    force_map = fm.fit_force_map(campaign((0.3, 0.3, 0.3), places=places))
+    force_map = fm.fit_force_map(campaign((0.3, 0.3, 1.0), places=places))
     assert far_below(force_map, force_map.tested) is None
+    fast = fm.fit_force_map(campaign((0.3, 0.3, 0.1), places=places))  # faster has at least the force of its fastest
+    assert far_below(fast, fast.tested).figure("names") == ("t2",)
     published = fm.published_map("ur10e")
     assert far_below(published, published.tested) is None
 

@@ -1421,7 +1421,8 @@ def test_what_was_cut_off_a_film_counts_as_what_it_does_not_show(cropped, tmp_pa
         (0.95, {}, True),
         (0.88, {}, True),  # as low as states may lie
         (0.5, {}, False),  # at half of the speed that is stated
-        (0.5, {"recorded_at_mps": "0.9"}, True),  # faster than the map tells of
+        (0.5, {"recorded_at_mps": "0.9"}, False),  # faster than the map tells of: more than its fastest
+        (0.5, {"recorded_at_mps": "0.05"}, True),  # slower
         (0.5, {"contact_site": "finger"}, True),  # of another part of the robot
         (0.5, {"direction": "out"}, True),
     ],

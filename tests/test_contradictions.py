@@ -185,7 +185,7 @@ def test_a_base_angle_off_by_half_a_turn(angles, stated, opposite):
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("cap", [0.25, 0.3, np.inf])
+@pytest.mark.parametrize("cap", [0.25, np.inf])
 def test_a_force_that_hardly_rises_with_speed_is_said(name, seed, cap):
     """A robot that its reduced mode holds at a speed was sent to all of them; sound maps rise about as speed does."""
     rng = np.random.default_rng(seed)

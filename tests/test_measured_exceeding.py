@@ -8,6 +8,7 @@ from oracle import DEVICE, full_grid, printed_force
 
 import forcemap as fm
 from forcemap.campaigns.quantity import Quantity
+from forcemap.findings import FindingKind
 from forcemap.recordings.film import Film
 
 GRID = full_grid("ur10e")
@@ -122,8 +123,20 @@ def test_an_impact_slower_than_any_that_was_fitted_there_counts(speed):
     assert "LIMIT AT A SPEED" in said(found)[0]
     with pytest.raises(fm.NotReleasable, match="t0"):
         fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
-    force_map, found = of((*PLACE, speed, 270.0), (0.3, 0.3, speed, 300.0))  # below the limit; where nothing was fitted
+    _, found = of((0.3, 0.3, speed, 300.0))  # where nothing was fitted
     assert found.basis.export_refusal is None
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.15, 0.199])
+def test_a_slower_impact_above_the_bound_ends_every_speed_and_one_below_it_none(speed):
+    """270 N is below the limit; the bound at the map's lowest speed, which is to hold for slower motion, is 177 N."""
+    _, found = of((*PLACE, speed, 270.0))
+    assert found.basis.export_refusal.kind is FindingKind.FAR_ABOVE_BOUND
+    assert found.basis.export_refusal.figure("names") == ("t0",)
+    assert np.isnan(found.speed)
+    _, found = of((*PLACE, speed, 170.0))
+    assert found.basis.export_refusal is None
+    assert found.speed > 0
 
 
 def test_an_impact_that_was_to_confirm_the_map_and_lies_above_its_bound(sound):

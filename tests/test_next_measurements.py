@@ -120,14 +120,15 @@ def test_places_below_every_measured_speed_are_confirmed():
     """The paper's own 27 states confirm 140 N hardly anywhere; slow corners, in two steps, and four more do."""
     sequence = Sequence.of("kuka-iiwa7-10nm", 5)
     sequence.measure(training_grid("kuka-iiwa7-10nm"))
-    first = sequence.next(states=39)
+    first = sequence.next(states=43)
     assert first.confirmed < 10
     corners = {(d, h) for d in sequence.distances for h in HEIGHTS}
     assert {tuple(state[:2]) for state in planned_states(first.plan).tolist()} == corners
-    assert set(first.plan.speed) == {0.14}
-    sequence.measure(planned_states(first.plan))
-    assert sequence.next(states=39).plan.speed.max() < 0.1
-    sequence.run(states=39)
+    for speed in (0.14, 0.1):
+        planned = sequence.next(states=43).plan
+        assert set(planned.speed) == {speed}
+        sequence.measure(planned_states(planned))
+    sequence.run(states=43)
     confirmed, ratio, *_ = released(sequence)
     assert confirmed == 1.0
     assert ratio > 0.8
@@ -528,7 +529,8 @@ def test_a_whole_campaign_goes_on_unless_a_budget_says_otherwise():
 def test_a_stop_names_figure_and_threshold_in_one_unit():
     sequence = Sequence.of("kuka-iiwa7-10nm", 5)
     sequence.measure(training_grid("kuka-iiwa7-10nm"))
-    sequence.measure(planned_states(sequence.next().plan))  # slow ones, whatever they gain
+    for _ in range(2):
+        sequence.measure(planned_states(sequence.next().plan))  # slow ones, whatever they gain
     found = sequence.next(least_gain=0.5)
     assert found.stop is Stop.NOTHING_TO_GAIN
     assert reason_of(found).endswith("m/s a state, less than 0.5 m/s a state")

@@ -166,6 +166,11 @@ RTDE = "t;X;Y;Z;{}\n"
         ("speed_scaling", (0.4, 0.4, 0.4, 0.4), 0.4),
         ("target_speed_fraction", (1.0, 1.0, 0.5, 1.0), 0.5),
         ("Override [%]", (0, 100, 30, 100), 0.3),
+        ("$OV_PRO", (100, 100, 50, 100), 0.5),
+        ("OV_PRO", (1, 1, 1, 1), 0.01),
+        ("Feed rate %", ("50 %", "50 %", "100 %", "100 %"), 0.5),
+        ("SpeedRatio", (1.0, 0.3, 1.0, 1.0), 0.3),
+        ("Geschwindigkeit %", (100, 80, 100, 100), 0.8),
         ("speed_scaling", (0.0, 1.0, 1.0, 1.0), None),  # it stands
         ("Override [%]", (100, 100, 100, 100), None),
         ("current", (0.4, 0.4, 0.4, 0.4), None),
@@ -174,7 +179,8 @@ RTDE = "t;X;Y;Z;{}\n"
 def test_a_log_of_a_slowed_run_says_so(tmp_path, name, values, slowed):
     """What is as programmed in it is not what the program does."""
     rows = [
-        ";".join(f"{x:g}" for x in (1000 * t, *(1000 * p), v)) for t, p, v in zip(TIMES, POINTS, values, strict=True)
+        ";".join([*(f"{x:g}" for x in (1000 * t, *(1000 * p))), str(v)])
+        for t, p, v in zip(TIMES, POINTS, values, strict=True)
     ]
     (tmp_path / "log.csv").write_text(RTDE.format(name) + "\n".join(rows) + "\n")
     path = fm.read_path(tmp_path / "log.csv", columns=XYZ | CLOCK)

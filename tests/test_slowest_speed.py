@@ -14,12 +14,13 @@ import forcemap as fm
 from forcemap.campaigns.quantity import Quantity
 from forcemap.errors import CampaignFileError
 from forcemap.maps.force_map import NO_STATES
+from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.recordings.film import Film
 
 GRID = full_grid("ur10e")
 HAND = fm.force_limit("back_of_hand")
 CASE = {"contact": fm.Contact.TRANSIENT, "bound": fm.ToleranceBound()}
-SLOWEST, SLOW = 0.19, 0.12
+SLOWEST, SLOW = 0.19, 0.1
 PLACES = np.unique(GRID[:, :2], axis=0)[[0, 6, 12, 18, 24]]
 
 
@@ -451,11 +452,10 @@ def test_commands_say_which_states_are_slower(example_folders, tmp_path, ask):
     ("lowest", "beside", "missing"),
     [
         (0.2, 0, True),
-        (0.15, 0, True),
-        (0.145, 0, False),
+        (0.11, 0, True),
+        (0.105, 0, False),
         (0.1, 0, False),
-        (0.2, 2, True),  # slow test states at too few places
-        (0.2, 3, False),
+        (0.2, 5, True),  # test states widen no bound
     ],
 )
 def test_a_map_that_nothing_slow_was_measured_for_says_so_first(lowest, beside, missing):
@@ -479,6 +479,50 @@ def test_a_map_that_nothing_slow_was_measured_for_says_so_first(lowest, beside, 
     if missing:
         assert set(planned.plan.speed.round(9)) == {round(0.7 * lowest, 2)}
         assert planned.needs_more
+        at_lowest = fm.ToleranceBound().upper(
+            fm.fit_force_map(dataset), planned.plan.distance, planned.plan.height, lowest
+        )
+        assert (planned.upper_force >= at_lowest - 1e-9).all()  # below the map its bound does not fall
+
+
+@pytest.mark.parametrize(
+    ("places", "speeds", "missing"),
+    [(2, (0.1,), 0.2), (3, (0.1,), None), (4, (0.14,), 0.14), (4, (0.14, 0.1), None), (1, (0.05,), 0.2)],
+)
+def test_slower_impacts_beside_the_map_tell_of_slower_motion_at_several_places_alone(places, speeds, missing):
+    """One slow impact anywhere, or a stated slowest speed without any, tells of nothing."""
+    plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.2, 0.4), repeats=1, again=0)
+    slow = [[*place, speed] for place in PLACES[:places] for speed in speeds]
+    d, h, v = np.vstack([np.column_stack([plan.distance, plan.height, plan.speed]), slow]).T
+    force = printed_force("ur10e", d, h, np.maximum(v, 0.2)) * np.exp(np.random.default_rng(3).normal(0, 0.02, d.size))
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=force, state=[f"s{i}" for i in range(d.size)],
+        phase2_force=np.full(d.size, 20.0),
+        conditions=fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down", slowest=0.2),
+    )  # fmt: skip
+    force_map = fm.fit_force_map(dataset)
+    found = slow_impacts_missing(force_map)
+    assert (found and found.figure("lowest_mps")) == (missing and pytest.approx(missing))
+    none = fm.fit_force_map(dataset.select(~dataset.slower))
+    assert slow_impacts_missing(none).figure("lowest_mps") == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("times", "refused"), [(0.9, False), (1.0, False), (1.4, True)])
+def test_a_slow_test_state_above_the_bound_at_the_lowest_speed_ends_every_speed(times, refused):
+    """It shows that slower motion leads to more force."""
+    dataset = impacts(np.full(5, times), float("nan"), role="test")
+    basis = fm.safe_speed(fm.fit_force_map(dataset), 0.8, 0.4, limit=fm.force_limit("thigh_muscle"), **CASE).basis
+    assert ("far_above_bound" in [each.kind.value for each in basis.refusals]) is refused
+
+
+@pytest.mark.parametrize(("times", "holds"), [(0.9, True), (1.4, False)])
+def test_a_map_does_not_hold_beside_slow_impacts_above_its_bound_that_it_was_not_stated_to_hold_from(times, holds):
+    force_map = alone()
+    force_map = replace(force_map, conditions=replace(force_map.conditions, slowest=float("nan")))
+    dataset = impacts(np.full(5, times), float("nan"))
+    dataset = replace(dataset, peak_force=1.002 * dataset.peak_force)
+    found = fm.check_map(force_map, dataset)
+    assert (found.outcome.value == "holds") is holds, found
 
 
 def test_published_maps_say_that_nothing_slow_is_known():

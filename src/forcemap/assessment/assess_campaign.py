@@ -25,7 +25,7 @@ from forcemap.assessment.folder import (
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.point_impacts import unnamed_files
-from forcemap.assessment.point_results import PointResult, point_results
+from forcemap.assessment.point_results import PointResult, point_results, slow_at_points
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
@@ -392,13 +392,13 @@ def _findings(
     points: tuple[PointResult, ...] | Missing,
 ) -> tuple[Finding, ...]:
     """What must be read before the results of a campaign are used, what weighs most first."""
-    said = (*stated.findings, *_of_points(points), *_of_speeds(speeds), *measured.findings)
+    said = (*stated.findings, *_of_points(points, fitted.force_map), *_of_speeds(speeds), *measured.findings)
     return (*fitted.weakness, *said, *fitted.doubts)
 
 
-def _of_points(points: tuple[PointResult, ...] | Missing) -> list[Finding]:
-    """Which contact points are permitted as programmed only for motion straight along the direction, and what must be
-    read before the speeds off it are used."""
+def _of_points(points: tuple[PointResult, ...] | Missing, force_map: ForceMap | Missing) -> list[Finding]:
+    """Which contact points are permitted as programmed only for motion straight along the direction, what must be read
+    before the speeds off it are used, and that nothing tells of slower motion where there is no map."""
     if isinstance(points, Missing):
         return []
     only = [each for each in points if each.straight_only]
@@ -406,7 +406,8 @@ def _of_points(points: tuple[PointResult, ...] | Missing) -> list[Finding]:
     none = tuple(each.point.name for each in only if math.isnan(each.off_axis or math.nan))
     figures = {"names": names, "none": none, "straight_deg": ON_AXIS, "widest_deg": WIDEST_ANGLE}
     straight = [Finding.of(FindingKind.POINT_STRAIGHT_ONLY, **figures)] * bool(names)
-    return list(dict.fromkeys([*straight, *(doubt for each in points for doubt in each.warnings_off_axis)]))
+    off_axis = (doubt for each in points for doubt in each.warnings_off_axis)
+    return list(dict.fromkeys([*straight, *off_axis, *slow_at_points(points, force_map)]))
 
 
 def _of_speeds(speeds: Iterable[PlaceSpeeds]) -> list[Finding]:
@@ -506,7 +507,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
         points,
         stated.conditions,
         stated.protocol,
-        (*fitted.weakness, *stated.findings, *_of_points(points), *said, *fitted.doubts),
+        (*fitted.weakness, *stated.findings, *_of_points(points, fitted.force_map), *said, *fitted.doubts),
         simulated or any(impact.simulated for result in judged for impact in result.impacts),
     )
 

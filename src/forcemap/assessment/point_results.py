@@ -32,6 +32,7 @@ from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.below_map import far_below
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.slower_impacts import SLOW
 from forcemap.planning.confirm import ConfirmationResult, Confirmed
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.safe_speed import floor_speed
@@ -413,6 +414,16 @@ def _measured(
     unlike = [partly] if 0 < with_pressure < len(impacts) else []
     pressed = with_pressure == len(impacts)
     return _Part(speed, (rests, *unlike, *taken_out, *also), confirmed_by=names, pressed=pressed)
+
+
+def slow_at_points(points: Sequence[PointResult], force_map: ForceMap | Missing) -> list[Finding]:
+    """That nothing tells of slower motion than the impacts that confirm contact points; empty if there is a map, which
+    says it of itself (`doubts_of_fit`), or they are as slow as that."""
+    if not isinstance(force_map, Missing):
+        return []
+    speeds = [each.speed for each in points if each.confirmed_by and each.point.by_measurements]
+    fast = [speed for speed in speeds if speed >= SLOW + StateTolerance().speed]
+    return [Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=min(fast), stated_mps=None)] if fast else []
 
 
 def _not_below(part: _Part, force_map: ForceMap | Missing) -> _Part:

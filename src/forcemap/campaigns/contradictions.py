@@ -20,7 +20,7 @@ SPEEDS_APART = 1.5
 """A measured speed may differ from the planned one by this factor."""
 _FEW_STATES = 0.2  # share of states that may be exchanged: the others still show what is usual
 _LEAST_STEPS = 3  # of speed, at the same places, to see how the force goes
-_RISING_FROM, _LEAST_EXPONENT = 0.16, 0.45
+_RISING_FROM, _LEAST_EXPONENT = 0.16, 0.35
 # [m/s]; power of speed that the force rises with: 0.86 to 1.05 in the paper's maps, 0.53 to 0.99 in the virtual lab, to
 # 0.4 of a robot that stays at 0.25 m/s
 _SAME_DIRECTION = 10.0  # base angles this close have the same direction [deg]

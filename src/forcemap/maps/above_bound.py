@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -135,9 +136,9 @@ def far_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     """States of which an impact lies above what 999 of 1000 states stay below; None without any.
 
     Those whose repeats disagree come first: the mean hides such a repeat, and one of them is wrong. Of test states that
-    lie above the bound, too, and above a fitted one that they repeat, the map does not hold. Impacts that were to
-    confirm it are told by themselves (`confirming_above`), and so are those slower than it holds for
-    (`slower_impacts`).
+    lie above the bound, too, and above a fitted one that they repeat, the map does not hold; one slower than was fitted
+    is held against the lowest speed there. Impacts that were to confirm it are told by themselves (`confirming_above`),
+    and so are those slower than it holds for by `map.slowest_mps` (`slower_impacts`).
     """
     fit = force_map.fit
     if fit is None:
@@ -151,12 +152,14 @@ def far_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     apart = [group.select(highest_above(force_map, most, group)) for group in apart if len(group)]
     of_repeats, test = any(map(len, apart)), fit.test.select(~fit.test.confirms)
     test = test.select(np.fmax(test.highest, test.at_least) > DISAGREEMENT * _fitted_there(force_map, test))
-    counts, speed = held(force_map, test)
-    test = test.select(counts & (speed <= test.slowest))
-    test = test.select(highest_above(force_map, most, test) & highest_above(force_map, bound, test))
-    found = [group for group in (apart if of_repeats else [test]) if len(group)]
+    counts, held_at = held(force_map, test)
+    counts &= (held_at <= test.slowest) | (not force_map.conditions.slowest > 0)
+    test, there = test.select(counts), replace(test, slowest=np.maximum(test.slowest, held_at)).select(counts)
+    above = highest_above(force_map, most, there) & highest_above(force_map, bound, there)
+    found = [group for group in (apart if of_repeats else [test.select(above)]) if len(group)]
     if not found:
         return None
+    at = [group.slowest for group in found] if of_repeats else [there.slowest[above]]
     force = np.concatenate([np.fmax(group.highest, group.at_least) for group in found])
     distance, height, speed = np.concatenate([np.array([g.distance, g.height, g.slowest]) for g in found], axis=1)
     i = int(force.argmax())
@@ -165,7 +168,7 @@ def far_above(force_map: ForceMap, bound: Bound) -> Finding | None:
         repeat=of_repeats or None,
         names=tuple(dict.fromkeys(name for group in found for name in group.name)),
         force_N=float(force[i]),
-        upper_N=float(most.upper(force_map, distance[i], height[i], speed[i])),
+        upper_N=float(most.upper(force_map, distance[i], height[i], np.concatenate(at)[i])),
         distance_m=float(distance[i]),
         height_m=float(height[i]),
         speed_mps=float(force_map.conditions.as_stated(speed)[i]),

@@ -20,7 +20,8 @@ def far_below(force_map: ForceMap, states: States) -> Finding | None:
     far below the prediction F; None without any.
 
     That a force is low is no danger by itself; but whoever did not reach a speed knows nothing of the force at it. One
-    at several places, as of a zone, counts if it lies below at all of them.
+    faster than the map is held against its highest speed there. One at several places, as of a zone, counts if it lies
+    below at all of them.
     """
     most = ToleranceBound(content=NO_CHANCE, device_error=force_map.conditions.device.error_or_default)
     try:
@@ -33,7 +34,7 @@ def far_below(force_map: ForceMap, states: States) -> Finding | None:
     with np.errstate(all="ignore"):  # beyond the measured range
         predicted, upper = force_map.predict(*place, speed), most.upper(force_map, *place, speed)
         least = predicted * np.minimum(1 - _FAR, predicted / upper)
-    inside = np.abs(states.slowest - speed) <= tolerance  # False where nothing was measured
+    inside = states.slowest >= speed - tolerance  # faster than the map, too: False where nothing was measured
     below = inside & (states.censored == 0) & (states.highest < least)
     of = np.array(states.name)
     names = [name for name in dict.fromkeys(states.name) if below[of == name].all()]

@@ -19,6 +19,9 @@ _ABOUT = 30.0  # [deg] within which an excluded motion goes about as a map does;
 _ACROSS = 0.5  # cosine of the angle between two motions, from which on they point the same way; a choice
 
 
+_FLANGE = {"flange", "tool flange", "flansch", "bride", "flangia", "brida"}
+
+
 @dataclass(frozen=True, eq=False)
 class MatchedMaps:
     """Which maps hold for which pieces.
@@ -71,7 +74,7 @@ class MatchedMaps:
     @property
     def at_flange(self) -> tuple[Finding, ...]:
         """That a path of the flange is held against maps of other contact sites; empty if there are none."""
-        sites = {need.contact_site for need in self.offsets} - {"", "flange"}
+        sites = {need.contact_site or "not stated" for need in self.offsets} - _FLANGE
         return (Finding.of(FindingKind.SITE_NOT_AT_FLANGE, sites=tuple(sorted(sites))),) if sites else ()
 
     @property

@@ -37,8 +37,11 @@ _SPEEDS = (
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _OVERRIDE = re.compile(
-    r"override|(speed|vel(ocity)?)[\s_.-]*(scal|fraction|slider)|geschwindigkeitsfaktor", re.IGNORECASE
+    r"override|ov_pro|(speed|vel(ocity)?)[\s_.-]*(scal|fraction|slider|ratio|pct|percent|%)|feed[\s_.-]*rate|"
+    r"scaling[\s_.-]*factor|geschwindigkeit(sfaktor|[\s_.(\[-]*%)",
+    re.IGNORECASE,
 )
+_PERCENT = re.compile(r"%|pct|percent|ov_pro", re.IGNORECASE)
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
 _AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
@@ -86,9 +89,11 @@ def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
     lowest = {}
     for column in (column for column, name in enumerate(layout.names) if _OVERRIDE.search(name)):
         rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines())
-        cells = [row[column] for row in rows if column < len(row) and is_number(row[column])]
-        moving = [share for cell in cells if (share := float(cell.replace(layout.decimal, "."))) > 0]
-        full = 1.0 if max(moving, default=0.0) <= 1 else 100.0
+        cells = [row[column] for row in rows if column < len(row)]
+        numbers = [cell for each in cells if is_number(cell := each.replace("%", "").strip())]
+        moving = [share for cell in numbers if (share := float(cell.replace(layout.decimal, "."))) > 0]
+        percent = _PERCENT.search(layout.names[column] + "".join(cells[:1])) or max(moving, default=0.0) > 1
+        full = 100.0 if percent else 1.0
         if moving and min(moving) < _FULL * full:
             lowest[layout.names[column]] = min(moving) / full
     if lowest:

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, FromClause, case, func, or_, s
 
 import forcemap as fm
 from forcemap.assessment.missing import present
-from forcemap.assessment.point_results import PointOutcome
+from forcemap.assessment.point_results import PointOutcome, slow_at_points
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE, as_entered
 from forcemap.campaigns.point_list import POINTS_FOLDER
@@ -24,6 +24,7 @@ from forcemap.errors import InputError, NotReleasable, RegisterError, few
 from forcemap.exports.robot_table import require_exportable
 from forcemap.files import file_sha256, read_bytes, stated_date
 from forcemap.findings import Finding, FindingKind
+from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell
@@ -337,7 +338,10 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     speeds |= _said(bases, result.rests_on)
     held = [note for note in result.rests_on if note.kind is FindingKind.POINT_HELD_AS_FREE]
     units = unit_finding(of_campaign)
-    doubts = [*of_campaign.doubts, *([units] if units and units.figure("missing") else [])]
+    slow = slow_at_points((result,), assessment.force_map)
+    if result.confirmed_by and isinstance(assessment.force_map, fm.ForceMap):
+        slow += filter(None, [slow_impacts_missing(assessment.force_map)])
+    doubts = [*of_campaign.doubts, *([units] if units and units.figure("missing") else []), *slow]
     speeds["warnings"] = list(dict.fromkeys([*sentences(held), *speeds["warnings"], *sentences(doubts)]))
     along = [note for note in result.rests_on if note.kind is FindingKind.ALONG_ONLY]
     speeds |= {"holds_for": sentence(along[0])} if along else {}

@@ -149,8 +149,11 @@ class BoundLadder:
         """The bound [N], shape (n,), raised where forces measured within 5 cm at a lower speed contradict it.
 
         It does not fall with speed; above the fastest speed measured at the place it rises at least in proportion.
-        It is nowhere below what impacts demand that are slower than the map is to hold for, which contradict nothing.
+        Slower than the map has it, it is that at the map's lowest speed. It is nowhere below what impacts demand that
+        are slower than the map is to hold for, which contradict nothing.
         """
+        lowest = self.force_map.measured_range.lowest[2]
+        states = np.column_stack([states[:, :2], np.maximum(states[:, 2], lowest)])
 
         def bound(points: FloatArray) -> FloatArray:
             return np.asarray(self.bound.upper(self.force_map, *points.T))

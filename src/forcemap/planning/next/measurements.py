@@ -72,7 +72,7 @@ _MORE_ANSWERS = (
 )
 """Doubts about a map that further states may answer: where there is one, nobody is told that measuring may stop."""
 
-_SLOWER = 0.7  # times the slowest measured speed: one step from 0.2 m/s to SLOW; a choice (docs/validity.md)
+_SLOWER = 0.7  # times the slowest measured speed: two steps from 0.2 m/s to SLOW; a choice (docs/validity.md)
 _DECIMALS, _ROUNDING = 6, 1e-9  # of the speeds to choose from [m/s]
 
 
@@ -289,7 +289,8 @@ def _choice(
         if not (far and isinstance(again, NextMeasurements)):  # else around it, where it can be read
             return again
         now = replace(now, warnings=(*refused, *now.warnings))
-    slow = _slow_impacts(aim, now, force_map, aim.seen) if slow_impacts_missing(force_map) and aim.left > 0 else None
+    missing = slow_impacts_missing(force_map) if aim.left > 0 else None
+    slow = _slow_impacts(aim, now, force_map, aim.seen, missing.figure("lowest_mps")) if missing else None
     return slow or _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
 
 
@@ -477,17 +478,16 @@ def _where_exceeded(
     return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
 
-def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: States) -> _Choice | None:
-    """The corners at a slower speed than the map has, since every motion passes through it; None if all are measured
+def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: States, lowest: float) -> _Choice | None:
+    """The corners at a slower speed than was measured, since every motion passes through it; None if all are measured
     or may be above the device's range."""
-    lowest = float(force_map.measured_range.lowest[2])
     states = at_speeds(aim.place_range.grid(2), np.array([round(_SLOWER * lowest, 2)]))[: aim.batch]
     ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
     states = states[no_repeats(states, seen.coordinates, aim.tolerance)]
     states = states[ladder.allows(states)] if len(states) else states
     if not len(states):
         return None
-    why = Finding.of(FindingKind.SLOW_PLANNED, slowest_mps=lowest if math.isnan(aim.conditions.slowest) else None)
+    why = Finding.of(FindingKind.SLOW_PLANNED, slowest_mps=lowest if not aim.conditions.slowest > 0 else None)
     now = replace(now, reasons=(why,), expected_speed=math.nan)
     return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
