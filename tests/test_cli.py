@@ -61,6 +61,7 @@ def test_help_has_one_example(forcemap, name):
     assert code == 0
     assert out.count("Example: forcemap " + name) == 1
     assert "--json" in out
+    assert forcemap(name, "-h") == (0, out, "")
 
 
 def test_speed_of_a_published_map(ask):
@@ -855,7 +856,8 @@ def test_evaluate_forms(ask, forcemap, example_folders):
     assert errors["LOG_SPEED"] < errors["CFM_3D"]
     out = " ".join(forcemap("evaluate", example_folders["ur10e"], "--forms")[1].split())
     assert "Recommended: CFM_3D" in out
-    assert f'it needs test states: state form = "LOG_SPEED" below [map] in {example_folders["ur10e"]}/campaign' in out
+    assert f'all the same, state form = "LOG_SPEED" below [map] in {example_folders["ur10e"]}/campaign' in out
+    assert "states of role test at other places have to confirm it" in out
 
 
 def test_evaluate_and_compare_say_which_states_lie_above_the_device_range(ask, forcemap, example_folders):

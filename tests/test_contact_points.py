@@ -629,6 +629,27 @@ def measured_cell(cell, tmp_path):
     return folder
 
 
+@pytest.mark.parametrize(
+    ("cells", "told"),
+    [
+        (OWN, False),
+        ({**PLACE, "contact_site": "finger"}, False),
+        ({**PLACE, "direction": "in"}, False),
+        ({**PLACE, "distance_m": "1.2"}, False),  # outside the map's range
+        ({**PLACE, "recorded_at_mps": "0.1"}, True),
+    ],
+)
+def test_of_impacts_that_no_map_is_of_nothing_tells_of_their_speed_and_of_slower_motion(measured_cell, cells, told):
+    """A map of another contact site, direction or place says neither."""
+    write_list(measured_cell, {**MEASURED, **cells})
+    collect(measured_cell)
+    found = fm.assess_campaign(measured_cell)
+    (result,) = found.points
+    assert (len(result.confirmed_by), result.lacks) == (3, ())
+    assert ("point_speed_untold" in {each.kind.value for each in found.findings}) is not told
+    assert told or any("NO MAP IS OF THE IMPACTS AT P1: nothing" in text for text in sentences(found.findings))
+
+
 @pytest.fixture
 def of_folder(parts):
     """Judge the points of a folder that rest on measurements."""

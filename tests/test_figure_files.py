@@ -477,6 +477,23 @@ def test_a_figure_of_three_maps_is_no_higher_than_a_page(ask, tmp_path, kind, ch
     assert "notes" not in found
 
 
+def test_campaigns_beside_each_other_are_cut_where_each_alone_is(example_folders):
+    """Most states of a plan for training are its corners: no place to cut at."""
+    sources = [Source(str(example_folders[name])) for name in ("ur10e", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")]
+    for speeds, cuts in ((None, {0.70, 0.71}), ((0.3,), {0.70, 0.71}), ((0.4,), {0.70, 0.71})):
+        choices = Choices(**HAND, speeds=speeds)
+        for some in ([sources[0]], sources[1:], sources):
+            titles = [
+                axes.get_title("left") or axes.get_title()
+                for axes in draw(Kind.COMPARISON, some, choices, width=0.16).axes
+            ]
+            at = {float(cut) for title in titles for cut in re.findall(r"distance ([\d.]+) m", title)}
+            assert at
+            assert at <= cuts
+            assert len(at) == 1
+            assert {float(cut) for title in titles for cut in re.findall(r"height ([\d.]+) m", title)} == {0.30}
+
+
 def test_a_figure_higher_than_a_page_says_so(ask, tmp_path):
     speeds = ",".join(f"{speed:.2f}" for speed in np.linspace(0.2, 0.4, 11))
     _, found = ask("figure", "heights", *fm.PUBLISHED_MAPS, "--speeds-mps", speeds, "-o", tmp_path / "figure.pdf")
@@ -634,7 +651,9 @@ def test_a_publication_keeps_a_state_that_was_measured_again_in_both_roles(force
     assert [float(row["mean_peak_force_N"]) for row in of_both] == pytest.approx(
         [fitted.fit.states.force[names.index(row["state_id"])] for row in of_both]
     )
-    assert "Of the 110 states of role test, 3 are training states measured again" in (written / "README.md").read_text()
+    assert (
+        "3 are training states measured again, which `states.csv` has a row of" in (written / "README.md").read_text()
+    )
 
 
 def test_a_publication_says_which_states_lie_outside_the_measured_range(example_folders, tmp_path, forcemap):

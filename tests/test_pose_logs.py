@@ -171,8 +171,18 @@ RTDE = "t;X;Y;Z;{}\n"
         ("Feed rate %", ("50 %", "50 %", "100 %", "100 %"), 0.5),
         ("SpeedRatio", (1.0, 0.3, 1.0, 1.0), 0.3),
         ("Geschwindigkeit %", (100, 80, 100, 100), 0.8),
+        *[
+            (name, (50, 50, 50, 50), 0.5)
+            for name in ("Speed [%]", "speed (%)", "Velocity [%]", "OVR [%]", "Tempo [%]", "v_pct")
+        ],
+        *[(name, (0.5, 0.5, 0.5, 0.5), 0.5) for name in ("speed_factor", "SpeedMul")],
         ("speed_scaling", (0.0, 1.0, 1.0, 1.0), None),  # it stands
         ("Override [%]", (100, 100, 100, 100), None),
+        ("speed_scaling", (1.02, 1.02, 1.02, 1.02), None),
+        *[
+            (name, (3, 3, 3, 3), None)
+            for name in ("speed_override_state", "joint_speed_ratio_limit", "feed rate [mm/s]")
+        ],
         ("current", (0.4, 0.4, 0.4, 0.4), None),
     ],
 )

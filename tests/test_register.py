@@ -1127,6 +1127,9 @@ def test_a_release_is_that_of_its_report(blank, measured, tmp_path, ask, forcema
         reports("--area", "chest")
         assert releases(*workspace) == number
         assert not_permitted() == (number, names)
+        if names:
+            newest = ask("register", "state", "cell-1", "--register", where)[1]["releases"][0]
+            assert "by an earlier release of this cell" in newest["speeds"]["warnings"][0]
 
 
 def test_of_a_release_of_before_it_is_not_known_whether_its_points_are_permitted(register, folders):

@@ -24,12 +24,12 @@ SLOWEST, SLOW = 0.19, 0.1
 PLACES = np.unique(GRID[:, :2], axis=0)[[0, 6, 12, 18, 24]]
 
 
-def impacts(ratios, slowest=SLOWEST, censored=(), role="train", pressures=False):
+def impacts(ratios, slowest=SLOWEST, censored=(), role="train", pressures=False, speeds=(SLOW,)):
     """The full grid, and slow impacts at five places: their force is a ratio of the printed one at 0.2 m/s."""
     rng = np.random.default_rng(5)
     force = printed_force("ur10e", *GRID.T) * np.exp(rng.normal(0, 0.02, len(GRID)))
-    slow = np.column_stack([PLACES, np.full(len(PLACES), SLOW)])
-    of_slow = np.asarray(ratios) * printed_force("ur10e", *PLACES.T, np.full(len(PLACES), 0.2))
+    slow = np.vstack([np.column_stack([PLACES, np.full(len(PLACES), speed)]) for speed in speeds])
+    of_slow = np.tile(ratios, len(speeds)) * printed_force("ur10e", *slow[:, :2].T, np.full(len(slow), 0.2))
     states, force = np.vstack([GRID, slow]), np.append(force, of_slow)
     above = np.isin(np.arange(len(states)) - len(GRID), censored)
     film = {"peak_pressure": 0.9 * force} if pressures else {}
@@ -410,6 +410,10 @@ def test_maps_from_each_speed_on_stand_beside_each_other(tmp_path, ask, forcemap
     shared = [line for line in bounded[0] if all(line in said for said in bounded)]
     assert shared
     assert all(line in with_places for line in shared)
+    for row in rows:  # those that the answer names say their own doubts
+        own = [line for line in row["warnings"] if line not in shared]
+        named = f"from {row['slowest_mps']:.3f} m/s" in with_places.split("NO PERMISSION")[0]
+        assert not named or all(line in with_places for line in own)
     text = forcemap("evaluate", folder, "--slowest")[1]
     assert text.startswith("Narrowest bound: from ")
     assert "m/s to program" not in text
@@ -419,10 +423,16 @@ def test_maps_from_each_speed_on_stand_beside_each_other(tmp_path, ask, forcemap
 
 
 def test_next_plans_nothing_slower():
-    dataset = impacts([0.5, 0.6, 0.7, 0.8, 0.9]).select(np.arange(len(GRID) + 5) % 3 != 1)
+    """Than the map is to hold from, once slow impacts tell of slower motion without a gap."""
+    kept, ratios = np.arange(len(GRID) + 10) % 3 != 1, [0.5, 0.6, 0.7, 0.8, 0.9]
+    kept[len(GRID) :] = True
+    dataset = impacts(ratios, speeds=(0.14, SLOW)).select(kept)
     options = {"limit": HAND, "contact": fm.Contact.TRANSIENT, "largest_force": 900.0}
+    gap = impacts(ratios).select(kept[:-5])
+    found = fm.next_measurements(gap.bound_by(impacts(np.full(5, 0.5)).binding), **options)
+    assert set(found.plan.speed) == {0.14}
     for speeds in ((), (0.05, 0.4)):
-        found = fm.next_measurements(dataset.bound_by(impacts(np.full(5, 0.5)).binding), speeds=speeds, **options)
+        found = fm.next_measurements(dataset.bound_by(gap.binding), speeds=speeds, **options)
         assert any("map.slowest_mps" in fm.sentence(each) for each in found.within)
         assert found.plan is None or (found.plan.speed >= SLOWEST).all()
     for speeds, slowest in (((), 0.5), ((0.05, 0.15), SLOWEST), ((0.1, SLOWEST), SLOWEST)):  # not faster than asked for
@@ -483,14 +493,34 @@ def test_a_map_that_nothing_slow_was_measured_for_says_so_first(lowest, beside, 
             fm.fit_force_map(dataset), planned.plan.distance, planned.plan.height, lowest
         )
         assert (planned.upper_force >= at_lowest - 1e-9).all()  # below the map its bound does not fall
+        assert f"state slowest_mps = {lowest:g}" in fm.sentence(planned.reasons[0]) or lowest < 0.19
+        stated = fm.next_measurements(
+            replace(dataset, conditions=replace(dataset.conditions, slowest=lowest)), HAND, contact=fm.Contact.TRANSIENT
+        )
+        assert beside or fm.sentence(stated.reasons[0]).endswith("counts for every speed")
+    if lowest == 0.2 and missing:  # once they are fitted, nothing tells which speeds the map was planned for
+        corners = np.column_stack([planned.plan.distance, planned.plan.height, planned.plan.speed])
+        more = printed_force("ur10e", *corners.T) * 1.05
+        dataset = fm.ImpactDataset.from_arrays(
+            **dict(zip(("distance", "height", "speed"), np.vstack([at, corners]).T, strict=True)),
+            peak_force=np.concatenate([force[: len(at)], more]),
+            state=[f"s{i}" for i in range(len(at) + len(corners))],
+            phase2_force=np.full(len(at) + len(corners), 20.0), conditions=dataset.conditions,
+        )  # fmt: skip
+        planned = fm.next_measurements(dataset, HAND, contact=fm.Contact.TRANSIENT)
+        assert set(planned.plan.speed.round(9)) == {0.1}
+        assert "state the slowest of these" in fm.sentence(planned.reasons[0])
 
 
 @pytest.mark.parametrize(
     ("places", "speeds", "missing"),
-    [(2, (0.1,), 0.2), (3, (0.1,), None), (4, (0.14,), 0.14), (4, (0.14, 0.1), None), (1, (0.05,), 0.2)],
+    [
+        *[(2, (0.14, 0.1), 0.2), (3, (0.14, 0.1), None), (4, (0.14,), 0.14), (4, (0.14, 0.1), None), (1, (0.05,), 0.2)],
+        *[(4, (0.1,), 0.2), (4, (0.15, 0.1), None), (4, (0.18, 0.14, 0.1), None), (4, (0.16, 0.1), 0.16)],
+    ],
 )
 def test_slower_impacts_beside_the_map_tell_of_slower_motion_at_several_places_alone(places, speeds, missing):
-    """One slow impact anywhere, or a stated slowest speed without any, tells of nothing."""
+    """One slow impact anywhere, or a stated slowest speed without any, tells of nothing; nor do those below a gap."""
     plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.2, 0.4), repeats=1, again=0)
     slow = [[*place, speed] for place in PLACES[:places] for speed in speeds]
     d, h, v = np.vstack([np.column_stack([plan.distance, plan.height, plan.speed]), slow]).T
@@ -507,10 +537,11 @@ def test_slower_impacts_beside_the_map_tell_of_slower_motion_at_several_places_a
     assert slow_impacts_missing(none).figure("lowest_mps") == pytest.approx(0.2)
 
 
+@pytest.mark.parametrize("slowest", [float("nan"), 0.05, SLOW])
 @pytest.mark.parametrize(("times", "refused"), [(0.9, False), (1.0, False), (1.4, True)])
-def test_a_slow_test_state_above_the_bound_at_the_lowest_speed_ends_every_speed(times, refused):
-    """It shows that slower motion leads to more force."""
-    dataset = impacts(np.full(5, times), float("nan"), role="test")
+def test_a_slow_test_state_above_the_bound_at_the_lowest_speed_ends_every_speed(times, refused, slowest):
+    """It shows that slower motion leads to more force, whatever slower speed the map is stated to hold from."""
+    dataset = impacts(np.full(5, times), slowest, role="test")
     basis = fm.safe_speed(fm.fit_force_map(dataset), 0.8, 0.4, limit=fm.force_limit("thigh_muscle"), **CASE).basis
     assert ("far_above_bound" in [each.kind.value for each in basis.refusals]) is refused
 

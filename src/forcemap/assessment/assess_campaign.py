@@ -25,7 +25,7 @@ from forcemap.assessment.folder import (
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.point_impacts import unnamed_files
-from forcemap.assessment.point_results import PointResult, point_results, slow_at_points
+from forcemap.assessment.point_results import PointResult, doubts_at_points, point_results
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
@@ -398,7 +398,7 @@ def _findings(
 
 def _of_points(points: tuple[PointResult, ...] | Missing, force_map: ForceMap | Missing) -> list[Finding]:
     """Which contact points are permitted as programmed only for motion straight along the direction, what must be read
-    before the speeds off it are used, and that nothing tells of slower motion where there is no map."""
+    before the speeds off it are used, and what no map tells of the impacts at them."""
     if isinstance(points, Missing):
         return []
     only = [each for each in points if each.straight_only]
@@ -407,7 +407,7 @@ def _of_points(points: tuple[PointResult, ...] | Missing, force_map: ForceMap | 
     figures = {"names": names, "none": none, "straight_deg": ON_AXIS, "widest_deg": WIDEST_ANGLE}
     straight = [Finding.of(FindingKind.POINT_STRAIGHT_ONLY, **figures)] * bool(names)
     off_axis = (doubt for each in points for doubt in each.warnings_off_axis)
-    return list(dict.fromkeys([*straight, *off_axis, *slow_at_points(points, force_map)]))
+    return list(dict.fromkeys([*straight, *off_axis, *doubts_at_points(points, force_map)]))
 
 
 def _of_speeds(speeds: Iterable[PlaceSpeeds]) -> list[Finding]:

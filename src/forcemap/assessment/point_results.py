@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from forcemap.assessment.point_impacts import PASSED_OVER, PointImpact, point_im
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.campaigns.dataset import Quantity
+from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.state import StateTolerance
 from forcemap.direction import (
     ON_AXIS,
@@ -26,13 +28,13 @@ from forcemap.direction import (
     direction_vector,
     raised_off_axis,
 )
-from forcemap.errors import ForcemapError, InputError
+from forcemap.errors import BoundNotAvailable, ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.below_map import far_below
-from forcemap.maps.bounds import Bound
+from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.slower_impacts import SLOW
+from forcemap.maps.slower_impacts import SLOW, upper_of_slower
 from forcemap.planning.confirm import ConfirmationResult, Confirmed
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.safe_speed import floor_speed
@@ -416,14 +418,35 @@ def _measured(
     return _Part(speed, (rests, *unlike, *taken_out, *also), confirmed_by=names, pressed=pressed)
 
 
-def slow_at_points(points: Sequence[PointResult], force_map: ForceMap | Missing) -> list[Finding]:
-    """That nothing tells of slower motion than the impacts that confirm contact points; empty if there is a map, which
-    says it of itself (`doubts_of_fit`), or they are as slow as that."""
-    if not isinstance(force_map, Missing):
+def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missing) -> list[Finding]:
+    """That nothing tells of slower motion than the impacts that confirm contact points, nor whether their stated speeds
+    were reached; empty of those of a map that says it of itself and permits their places for slower motion."""
+    of_none = [e for e in points if e.confirmed_by and e.point.by_measurements and not _of_map(e, force_map)]
+    if not of_none:
         return []
-    speeds = [each.speed for each in points if each.confirmed_by and each.point.by_measurements]
-    fast = [speed for speed in speeds if speed >= SLOW + StateTolerance().speed]
-    return [Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=min(fast), stated_mps=None)] if fast else []
+    found = [Finding.of(FindingKind.POINT_SPEED_UNTOLD, names=tuple(each.point.name for each in of_none))]
+    fast = [each.speed for each in of_none if each.speed >= SLOW + StateTolerance().speed]
+    if isinstance(force_map, Missing) and fast:
+        found.append(Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=min(fast), stated_mps=None))
+    return found
+
+
+def _of_map(result: PointResult, force_map: ForceMap | Missing) -> bool:
+    """Whether a map is of the contact site, direction and place of the impacts at a point, and permits slower motion
+    there."""
+    if isinstance(force_map, Missing) or not (fit := force_map.fit):
+        return False
+    point = result.point
+    if any(name.startswith(f"{POINTS_FOLDER}/") and name not in fit.at_points.name for name in result.confirmed_by):
+        return False
+    d = np.array([point.distance, np.fmax(point.distance, point.distance_to)])
+    h = np.array([point.height, np.fmax(point.height, point.height_to)])
+    if np.isnan(force_map.measured_range.speeds(d, h)[0]).any():
+        return False
+    bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+    with contextlib.suppress(BoundNotAvailable):
+        return bool((upper_of_slower(force_map, bound, d, h) <= point.limit.force(point.contact)).all())
+    return True
 
 
 def _not_below(part: _Part, force_map: ForceMap | Missing) -> _Part:

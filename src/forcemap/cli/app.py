@@ -149,6 +149,7 @@ app = typer.Typer(
     help="3D collision-force maps: from measured impacts to bounded forces and safe robot speeds.",
     epilog="Exit codes: 0 done, or yes; 1 the answer is no; 2 cannot answer.",
     add_completion=False,
+    context_settings={"help_option_names": ["--help", "-h"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )

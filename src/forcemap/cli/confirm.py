@@ -89,6 +89,12 @@ def _at_most(answer: ConfirmationPlan) -> str:
     return f"at most: {answer.bound}, and no more than the limit less the device's error"
 
 
+_WHERE = (
+    "where: the fastest and the slowest place, and those farthest from every state of the map, where a wrong form "
+    "shows most: many lie at the edge of the range; a place of your own: a state of role test there, at its speed"
+)
+
+
 def _to_measure(answer: ConfirmationPlan) -> bool:
     """Whether impacts of the plan are to be measured, new ones or all of them."""
     return bool(len(answer.added)) or (len(answer.plan) > 0 and answer.result is None and not answer.refusal)
@@ -139,6 +145,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         "",
         *planned.runs_table(answer.plan, answer.most_force.tolist()),
         _at_most(answer),
+        _WHERE,
         "",
         f"Rule: {sentence(answer.rule)}",
         *_chances(answer),

@@ -296,7 +296,7 @@ def unlike(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]
     shown, lines = [source.mapped() for source in sources], []
     for axis, (name, unit) in enumerate((("distance", "m"), ("height", "m"), ("speed", "m/s"))):
         stated = choices.speeds if name == "speed" else getattr(choices, name)
-        cuts = default_cuts(shown, axis)
+        cuts = default_cuts(shown, axis, choices.speeds[0] if choices.speeds else None)
         if stated is None and len(set(cuts)) > 1 and (kind is Kind.COMPARISON or name == "speed"):
             listed = ", ".join(f"{source.name} {cut:g} {unit}" for source, cut in zip(sources, cuts, strict=True))
             no = f"the measured ranges of {name} have nothing in common, so no option makes them equal"

@@ -197,13 +197,27 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
             ["5 deg off: places with a speed for motion up to 5 degrees off the direction, as a table of zones has it"]
             * with_places
         ),
-        "doubts: further ones of that map alone, of motion off the direction, too; forcemap speed says them, and "
-        "permits, once the speed is stated",
+        "doubts: further ones of that map alone, of motion off the direction, too; below for the maps named above; "
+        "forcemap speed says them, and permits, once the speed is stated",
+        *_doubts_of_named(answer),
         *(f"from {shown(each.slowest_mps)} m/s: {each.reason}" for each in answer.from_speeds if each.reason),
         "From a faster speed on, speeds are higher where there are any, and places that permit only slower ones have "
-        "none; the first row is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
-        '(docs/your_device_files.md, "A robot that feels slow contacts late")',
+        "none; the first row is the map of all states. A map that fits, with slower impacts beside it, was exceeded at "
+        "fewer places by robots that feel slow contacts late than one through all states (docs/validity.md). Say which "
+        'in campaign.toml: [map] slowest_mps = V (docs/your_device_files.md, "A robot that feels slow contacts late")',
     ]
+
+
+def _doubts_of_named(answer: SlowestAnswer) -> list[str]:
+    """The further doubts of the maps that the verdict names and of the one that is stated."""
+    named = [each for each in (answer.narrowest, answer.widest) if each is not None]
+    named += [each for each in answer.from_speeds if each.slowest_mps == answer.stated_mps]
+    lines = []
+    for each in answer.from_speeds:
+        further = [warning for warning in each.warnings if warning not in answer.shared_warnings]
+        if each in named and further:
+            lines += listing(f"Further doubts from {shown(each.slowest_mps)} m/s", further)
+    return lines
 
 
 def _from_speed_row(each: FromSpeedAnswer, doubts: int) -> list[str]:
@@ -227,7 +241,7 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     verdict = (
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}"
-        f"{outside_words(first)}{_fitted_words(answer)}"
+        f"{outside_words(first)}{_fitted_words(answer)}{_further_off(answer)}"
     )
     if len(answer.accuracies) == 1 and answer.places is not None and answer.own_sd_percent is None:
         verdict = "NOTHING TELLS HOW FAR THIS MAP IS OFF: it passes through every state that it was fitted to"
@@ -241,6 +255,15 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
         *(f"most underestimated of {part.on}: {part.worst_state}" for part in answer.accuracies if part.worst_state),
         *fit_notes(answer),
     ]
+
+
+def _further_off(answer: EvaluateAnswer) -> str:
+    """The largest underestimation where the accuracy that stands first has a smaller one; else empty."""
+    first, *others = answer.accuracies
+    worst = max(others, key=lambda part: part.max_underestimation_percent, default=first)
+    if not worst.max_underestimation_percent > first.max_underestimation_percent:
+        return ""
+    return f"; {worst.max_underestimation_percent:.1f} % too low on {worst.on}"
 
 
 def _fitted_words(answer: EvaluateAnswer) -> str:
@@ -313,7 +336,9 @@ def _next(answer: FormsAnswer, source: str, stated: str) -> list[str]:
         if best is not None and best.form != form:
             use = "campaign.toml states it" if best.form == stated else _use(source, best.form)
             error = f"{best.form} has the lowest error of the forms that rise and have a bound, but not clearly"
-            return [f"{error}; chosen for that, it needs test states: {use}"]
+            return [
+                f"{error}. To choose it all the same, {use}; states of role test at other places have to confirm it"
+            ]
     return [] if form in (None, stated) else [f"Next: {_use(source, form)}"]
 
 

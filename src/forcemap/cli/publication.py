@@ -184,11 +184,14 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
 def _repeated_states(dataset: fm.ImpactDataset) -> list[str]:
     """That states of role test repeat training states, where some do."""
     counts = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
-    said = [
-        f"Of the {counts[0]} states of role test, {counts[0] - counts[1]} are training states measured again: "
-        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {counts[1]} "
-        "(less those wholly above the device range) and with all."
-    ]
+    again = f"{counts[0] - counts[1]} are training states measured again, which `states.csv` has a row of each role for"
+    with_all = f"`accuracy.csv` compares the map with the other {counts[1]} (less those wholly above the device range) "
+    with_all += "and with all."
+    if not counts[1]:
+        with_all = (
+            "no state is an independent test: `accuracy.csv` has the errors with states and with places left out."
+        )
+    said = [f"Of the {counts[0]} states of role test (`testing_states` of `dataset.csv`), {again}; {with_all}"]
     return said * (counts[0] > counts[1])
 
 

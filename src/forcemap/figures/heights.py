@@ -18,7 +18,7 @@ from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.errors import InputError
 from forcemap.figures import style
 from forcemap.figures.canvas import finish, is_wide, narrow_columns, new_figure, panels, plain, settings
-from forcemap.figures.measured import Measured, levels, measured_often, middle, near
+from forcemap.figures.measured import Measured, levels, measured_often, middle, near, to_cut_at
 from forcemap.figures.names import labels
 from forcemap.figures.style import DISTANCE, FORCE, PAGE_WIDTH, QUANTITY, Look
 from forcemap.maps.force_map import ForceMap
@@ -54,6 +54,16 @@ class Mapped:
         """The measured states."""
         return Measured.of(self.force_map, self.dataset)
 
+    def usual_cut(self, axis: int, speed: float) -> FloatArray:
+        """Distances, heights or speeds (axis 0 to 2) of states, to cut at one of them; of places those at a speed."""
+        points = self.force_map.measured_range.points
+        if axis == 2:
+            return np.asarray(points[:, axis])
+        states = self.measured.coordinates if self.dataset is None else self.dataset.states.coordinates
+        return to_cut_at(self.force_map, states if len(states) else points, speed, self.measured.tolerance.speed)[
+            :, axis
+        ]
+
 
 def mapped(shown: ForceMap | Mapped | Sequence[ForceMap | Mapped]) -> list[Mapped]:
     """One map or several, each alone or beside its impacts.
@@ -69,17 +79,19 @@ def mapped(shown: ForceMap | Mapped | Sequence[ForceMap | Mapped]) -> list[Mappe
     return [Mapped(each) if isinstance(each, ForceMap) else each for each in several]
 
 
-def default_cuts(shown: Sequence[Mapped], axis: int) -> list[float]:
+def default_cuts(shown: Sequence[Mapped], axis: int, speed: float | None = None) -> list[float]:
     """Where each of several maps is cut along an axis: distance, height or speed, 0 to 2.
 
-    At one value for all inside the measured range of each: of those that many states of a map have (`measured_often`)
-    the middle one, if it can be one that states of every map have. Where the ranges have nothing in common, each at
-    its own.
+    At one value for all inside the measured range of each: of those that many states of a map have (`measured_often`),
+    of places those at the speed [m/s] that is stated or else chosen, the middle one, if it can be one that states of
+    every map have. Where the ranges have nothing in common, each at its own.
     """
-    levels = [each.force_map.measured_range.points[:, axis] for each in shown]
+    points = [each.force_map.measured_range.points[:, axis] for each in shown]
+    at = default_cuts(shown, 2) if speed is None and axis < 2 else [speed or 0.0] * len(shown)
+    levels = [each.usual_cut(axis, at_speed) for each, at_speed in zip(shown, at, strict=True)]
     tolerances = [each.measured.tolerances[axis] for each in shown]
     own = np.array([measured_often(values, tolerance) for values, tolerance in zip(levels, tolerances, strict=True)])
-    low, high = max(values.min() for values in levels), min(values.max() for values in levels)
+    low, high = max(values.min() for values in points), min(values.max() for values in points)
     if low > high:
         return [float(value) for value in own]
     inside = np.clip(own, low, high)

@@ -23,7 +23,17 @@ from forcemap.figures import style
 from forcemap.figures.canvas import FewTicks, colour_bar, finish, is_wide, new_figure, panels, settings
 from forcemap.figures.ends import AT_END, keep_apart, write_at_end
 from forcemap.figures.layout import Room
-from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near, within
+from forcemap.figures.measured import (
+    Measured,
+    a_few,
+    draw_forces,
+    draw_map,
+    draw_profile,
+    measured_often,
+    near,
+    to_cut_at,
+    within,
+)
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
 from forcemap.limits.pfl import pfl_contact_force
 from forcemap.maps.bounds import Bound
@@ -317,7 +327,7 @@ def model_comparison_figure(
     measured, place = Measured.of(force_map, dataset), dataset.tolerance.place
     if speed is None:
         speed = measured_often(force_map.measured_range.points[:, 2], dataset.tolerance.speed)
-    d, h = _places_to_cut(force_map.measured_range, dataset, speed)
+    d, h, _ = to_cut_at(force_map, dataset.states.coordinates, speed, dataset.tolerance.speed).T
     given = ((distance, d), (height, h))
     fixed_at = {i: measured_often(of, place) if value is None else value for i, (value, of) in enumerate(given)}
     standard = float(pfl_contact_force(speed, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
@@ -336,14 +346,6 @@ def model_comparison_figure(
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
     return finish(figure, simulated=measured.simulated, also=[_draw_errors(errors, comparison)])
-
-
-def _places_to_cut(measured: MeasuredRange, dataset: ImpactDataset, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Distances and heights of states at a speed in the measured range; if there are none, of all in it, or all."""
-    inside = dataset.states.select(measured.contains(*dataset.states.coordinates.T))
-    at = inside.select(near(inside.speed, speed, dataset.tolerance.speed))
-    found = next((states for states in (at, inside) if len(states)), dataset.states)
-    return found.distance, found.height
 
 
 def draw_2d(

@@ -79,6 +79,13 @@ def draw_profile(axes: Axes, measured: Measured, along: int, fixed: Mapping[int,
         draw_forces(axes, look, some, some.coordinates[:, along], some.force, some.at_least)
 
 
+def to_cut_at(force_map: ForceMap, coordinates: FloatArray, speed: float, tolerance: float) -> FloatArray:
+    """The states, shape (n, 3), measured at a speed inside the measured range; without any all inside it, or all."""
+    inside = coordinates[force_map.measured_range.contains(*coordinates.T)]
+    at = inside[near(inside[:, 2], speed, tolerance)]
+    return next((states for states in (at, inside) if len(states)), coordinates)
+
+
 def within(force_map: ForceMap, along: int, fixed: Mapping[int, float]) -> tuple[list[FloatArray], Mask]:
     """Distance, height and speed along an axis, the others fixed, and where that is inside the measured range."""
     low, high = force_map.measured_range.lowest[along], force_map.measured_range.highest[along]

@@ -94,7 +94,7 @@ def standard_figure(
 def _cuts(maps: Sequence[Mapped], *stated: float | None) -> list[list[float]]:
     """Distance, height and speed at which each map is cut: stated, else as usual, else where all maps lie around it."""
     usual = [[0.0 if value is None else value] * len(maps) for value in stated]
-    usual = [default_cuts(maps, axis) if value is None else usual[axis] for axis, value in enumerate(stated)]
+    usual = [default_cuts(maps, i, stated[2]) if value is None else usual[i] for i, value in enumerate(stated)]
     ranges = [each.force_map.measured_range for each in maps]
     inside = [
         measured.contains(*map(np.array, at)) for measured, at in zip(ranges, zip(*usual, strict=True), strict=True)

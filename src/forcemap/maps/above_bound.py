@@ -153,7 +153,8 @@ def far_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     of_repeats, test = any(map(len, apart)), fit.test.select(~fit.test.confirms)
     test = test.select(np.fmax(test.highest, test.at_least) > DISAGREEMENT * _fitted_there(force_map, test))
     counts, held_at = held(force_map, test)
-    counts &= (held_at <= test.slowest) | (not force_map.conditions.slowest > 0)
+    conditions = force_map.conditions
+    counts &= (held_at <= test.slowest) | ~conditions.slower_than_map(conditions.as_stated(test.slowest))
     test, there = test.select(counts), replace(test, slowest=np.maximum(test.slowest, held_at)).select(counts)
     above = highest_above(force_map, most, there) & highest_above(force_map, bound, there)
     found = [group for group in (apart if of_repeats else [test.select(above)]) if len(group)]

@@ -22,6 +22,7 @@ SLOW = 0.1
 """A map that was measured down to this speed [m/s], or as close to it as repeats differ, tells of slower motion: two
 steps down from 0.2 m/s. A choice, tried in the virtual lab (docs/validity.md)."""
 
+_STEP = 0.65  # least ratio of one slow speed to the next faster one: as `next` plans them, rounded; a choice
 _ROUNDING = 1e-9  # of a speed [m/s]
 
 
@@ -87,14 +88,16 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     """That a map of the force, with the slower impacts beside it, tells of no speeds as low as SLOW; None otherwise.
 
     Test states tell nothing: none widens the bound. Of slower impacts (map.slowest_mps) as many places count as of the
-    fitted ones, SLOW_PLACES.
+    fitted ones, SLOW_PLACES; and none below a gap, as between 0.1 and 0.2 m/s: the most may lie in it.
     """
     lowest, slower = float(force_map.measured_range.lowest[2]), force_map.slower
     if force_map.quantity is not Quantity.FORCE:
         return None
     if len(slower):
-        by_place = np.sort([slower.speed[slower.place == place].min() for place in np.unique(slower.place)])
-        lowest = min(lowest, float(by_place[SLOW_PLACES - 1])) if by_place.size >= SLOW_PLACES else lowest
+        for speed in np.sort(slower.speed)[::-1].tolist():
+            at = np.abs(slower.speed - speed) <= StateTolerance().speed
+            if _STEP * lowest <= speed < lowest and np.unique(slower.place[at]).size >= SLOW_PLACES:
+                lowest = speed
     if lowest < SLOW + StateTolerance().speed - _ROUNDING:
         return None
     stated = float(force_map.conditions.as_stated(np.array(lowest)))

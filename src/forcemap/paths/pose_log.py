@@ -37,11 +37,14 @@ _SPEEDS = (
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _OVERRIDE = re.compile(
-    r"override|ov_pro|(speed|vel(ocity)?)[\s_.-]*(scal|fraction|slider|ratio|pct|percent|%)|feed[\s_.-]*rate|"
-    r"scaling[\s_.-]*factor|geschwindigkeit(sfaktor|[\s_.(\[-]*%)",
+    r"override|ov_pro|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
+    r"(speed|vel(ocity)?|geschwindigkeit|tempo|ovr|(?<![a-z])v)[\s_.(\[-]*"
+    r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
     re.IGNORECASE,
 )
-_PERCENT = re.compile(r"%|pct|percent|ov_pro", re.IGNORECASE)
+_NO_SHARE = re.compile(r"[a-z]/(s|min)\b|(limit|state|status|mode)\s*$", re.IGNORECASE)  # a speed, a word
+_PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
+_MOST_SHARE = 2.0  # greater numbers are percent
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
 _AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
@@ -87,12 +90,13 @@ def read_pose_log(
 def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
     """That columns of the log, which are not read, say that the run was slowed down, in shares or in percent."""
     lowest = {}
-    for column in (column for column, name in enumerate(layout.names) if _OVERRIDE.search(name)):
+    shares = (i for i, name in enumerate(layout.names) if _OVERRIDE.search(name) and not _NO_SHARE.search(name))
+    for column in shares:
         rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines())
         cells = [row[column] for row in rows if column < len(row)]
         numbers = [cell for each in cells if is_number(cell := each.replace("%", "").strip())]
         moving = [share for cell in numbers if (share := float(cell.replace(layout.decimal, "."))) > 0]
-        percent = _PERCENT.search(layout.names[column] + "".join(cells[:1])) or max(moving, default=0.0) > 1
+        percent = _PERCENT.search(layout.names[column] + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
         full = 100.0 if percent else 1.0
         if moving and min(moving) < _FULL * full:
             lowest[layout.names[column]] = min(moving) / full

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, FromClause, case, func, or_, s
 
 import forcemap as fm
 from forcemap.assessment.missing import present
-from forcemap.assessment.point_results import PointOutcome, slow_at_points
+from forcemap.assessment.point_results import PointOutcome, doubts_at_points
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE, as_entered
 from forcemap.campaigns.point_list import POINTS_FOLDER
@@ -152,7 +152,8 @@ def release(
         doubts += [Finding.of(kind.RELEASED_CHANGED_BACK, conditions=others)] if others else []
         said = sentences(doubts)
         found = replace(found, speeds=found.speeds | {"warnings": [*said, *found.speeds["warnings"]]})
-        found = _beside_points(found, refused if content.points else _refused_before(connection, number))
+        of_points = refused if content.points else _refused_before(connection, number)
+        found = _beside_points(found, of_points, listed=bool(content.points))
         values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
@@ -296,9 +297,13 @@ def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Spee
     return _Speeds(subject, limits, str(bound), speeds, fm.map_sha256(force_map), force_map.form.name)
 
 
-def _beside_points(found: _Speeds, refused: Sequence[str]) -> _Speeds:
-    """The same speeds, which say first which contact points are not permitted, and name them apart."""
-    said = [Finding.of(FindingKind.RELEASED_BESIDE_POINTS, points=", ".join(refused))] if refused else []
+def _beside_points(found: _Speeds, refused: Sequence[str], *, listed: bool) -> _Speeds:
+    """The same speeds, which say first which contact points are not permitted, and name them apart.
+
+    `listed`: by the campaign's own list; else by an earlier release of the cell.
+    """
+    figures = {"points": ", ".join(refused), "earlier": None if listed else True}
+    said = [Finding.of(FindingKind.RELEASED_BESIDE_POINTS, **figures)] if refused else []
     first = {"warnings": [*sentences(said), *found.speeds["warnings"]], "points_not_permitted": list(refused)}
     return replace(found, speeds=found.speeds | first)
 
@@ -338,7 +343,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     speeds |= _said(bases, result.rests_on)
     held = [note for note in result.rests_on if note.kind is FindingKind.POINT_HELD_AS_FREE]
     units = unit_finding(of_campaign)
-    slow = slow_at_points((result,), assessment.force_map)
+    slow = doubts_at_points((result,), assessment.force_map)
     if result.confirmed_by and isinstance(assessment.force_map, fm.ForceMap):
         slow += filter(None, [slow_impacts_missing(assessment.force_map)])
     doubts = [*of_campaign.doubts, *([units] if units and units.figure("missing") else []), *slow]

@@ -22,7 +22,7 @@ from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, Bound, Fixe
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form, form_of
-from forcemap.maps.slower_impacts import slow_impacts_missing
+from forcemap.maps.slower_impacts import SLOW, slow_impacts_missing
 from forcemap.planning.design import LARGEST, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, StandardExpectation
 from forcemap.planning.measurements import REPEATS
@@ -73,6 +73,7 @@ _MORE_ANSWERS = (
 """Doubts about a map that further states may answer: where there is one, nobody is told that measuring may stop."""
 
 _SLOWER = 0.7  # times the slowest measured speed: two steps from 0.2 m/s to SLOW; a choice (docs/validity.md)
+_PLANNED_FROM = 1.9 * SLOW  # plans begin at twice SLOW; what is slower may be slow impacts that were not told apart
 _DECIMALS, _ROUNDING = 6, 1e-9  # of the speeds to choose from [m/s]
 
 
@@ -487,7 +488,10 @@ def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: S
     states = states[ladder.allows(states)] if len(states) else states
     if not len(states):
         return None
-    why = Finding.of(FindingKind.SLOW_PLANNED, slowest_mps=lowest if not aim.conditions.slowest > 0 else None)
+    keep = float(aim.conditions.as_stated(np.array(lowest)).round(_DECIMALS))
+    stated, lower = aim.conditions.slowest > 0, lowest < _PLANNED_FROM
+    figures = {"slowest_mps": None if stated or lower else keep, "lower": None if stated or not lower else True}
+    why = Finding.of(FindingKind.SLOW_PLANNED, **figures)
     now = replace(now, reasons=(why,), expected_speed=math.nan)
     return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
