@@ -512,6 +512,31 @@ def test_a_map_that_nothing_slow_was_measured_for_says_so_first(lowest, beside, 
         assert "state the slowest of these" in fm.sentence(planned.reasons[0])
 
 
+@pytest.mark.parametrize("error", [0.02, 0.05, 0.08, 0.1])
+def test_slow_impacts_that_next_plans_are_those_that_it_asks_for_whatever_the_speed_error(error):
+    """Speeds at contact are less than commanded: steps of 0.7 are of the same ones, and no gap stays between them."""
+    conditions = fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down", slowest=0.2, speed_error=error)
+    plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.2, 0.4), repeats=1, again=0)
+    at = np.column_stack([plan.distance, plan.height, plan.speed])
+    asked = []
+    for _ in range(4):
+        force = printed_force("ur10e", *at[:, :2].T, np.maximum(at[:, 2], 0.2))
+        force *= np.exp(np.random.default_rng(3).normal(0, 0.02, len(at)))
+        dataset = fm.ImpactDataset.from_arrays(
+            distance=at[:, 0], height=at[:, 1], speed=at[:, 2], peak_force=force, conditions=conditions,
+            state=[f"s{i}" for i in range(len(at))], phase2_force=np.full(len(at), 20.0),
+        )  # fmt: skip
+        found = slow_impacts_missing(fm.fit_force_map(dataset))
+        if found is None:
+            break
+        planned = fm.next_measurements(dataset, HAND, contact=fm.Contact.TRANSIENT)
+        assert [each.kind.value for each in planned.reasons] == ["slow_planned"]
+        asked.append(sorted(set(planned.plan.speed.round(9).tolist())))
+        first = planned.plan.select(planned.plan.repeat == 1)
+        at = np.vstack([at, np.column_stack([first.distance, first.height, first.speed])])
+    assert asked == [[0.14], [0.1]]
+
+
 @pytest.mark.parametrize(
     ("places", "speeds", "missing"),
     [

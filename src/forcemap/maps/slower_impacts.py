@@ -96,7 +96,7 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     if len(slower):
         for speed in np.sort(slower.speed)[::-1].tolist():
             at = np.abs(slower.speed - speed) <= StateTolerance().speed
-            if _STEP * lowest <= speed < lowest and np.unique(slower.place[at]).size >= SLOW_PLACES:
+            if _STEP * lowest - _ROUNDING <= speed < lowest and np.unique(slower.place[at]).size >= SLOW_PLACES:
                 lowest = speed
     if lowest < SLOW + StateTolerance().speed - _ROUNDING:
         return None

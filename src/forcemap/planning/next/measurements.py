@@ -482,13 +482,13 @@ def _where_exceeded(
 def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: States, lowest: float) -> _Choice | None:
     """The corners at a slower speed than was measured, since every motion passes through it; None if all are measured
     or may be above the device's range."""
-    states = at_speeds(aim.place_range.grid(2), np.array([round(_SLOWER * lowest, 2)]))[: aim.batch]
+    keep = float(aim.conditions.as_stated(np.array(lowest)).round(_DECIMALS))  # plans state speeds to command
+    states = at_speeds(aim.place_range.grid(2), np.array([round(_SLOWER * keep, 2)]))[: aim.batch]
     ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
     states = states[no_repeats(states, seen.coordinates, aim.tolerance)]
     states = states[ladder.allows(states)] if len(states) else states
     if not len(states):
         return None
-    keep = float(aim.conditions.as_stated(np.array(lowest)).round(_DECIMALS))
     stated, lower = aim.conditions.slowest > 0, lowest < _PLANNED_FROM
     figures = {"slowest_mps": None if stated or lower else keep, "lower": None if stated or not lower else True}
     why = Finding.of(FindingKind.SLOW_PLANNED, **figures)
