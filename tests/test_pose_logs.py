@@ -175,14 +175,13 @@ RTDE = "t;X;Y;Z;{}\n"
             (name, (50, 50, 50, 50), 0.5)
             for name in ("Speed [%]", "speed (%)", "Velocity [%]", "OVR [%]", "Tempo [%]", "v_pct")
         ],
+        ("Override status", (30, 30, 30, 30), 0.3),  # may be a word, and may be the override
+        ("speed_scaling", (2, 2, 2, 2), 0.02),
         *[(name, (0.5, 0.5, 0.5, 0.5), 0.5) for name in ("speed_factor", "SpeedMul")],
         ("speed_scaling", (0.0, 1.0, 1.0, 1.0), None),  # it stands
         ("Override [%]", (100, 100, 100, 100), None),
         ("speed_scaling", (1.02, 1.02, 1.02, 1.02), None),
-        *[
-            (name, (3, 3, 3, 3), None)
-            for name in ("speed_override_state", "joint_speed_ratio_limit", "feed rate [mm/s]")
-        ],
+        *[(name, (3, 3, 3, 3), None) for name in ("joint_speed_ratio_limit", "feed rate [mm/s]")],
         ("current", (0.4, 0.4, 0.4, 0.4), None),
     ],
 )

@@ -42,9 +42,9 @@ _OVERRIDE = re.compile(
     r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
     re.IGNORECASE,
 )
-_NO_SHARE = re.compile(r"[a-z]/(s|min)\b|(limit|state|status|mode)\s*$", re.IGNORECASE)  # a speed, a word
+_NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, what it may be
 _PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
-_MOST_SHARE = 2.0  # greater numbers are percent
+_MOST_SHARE = 1.1  # greater numbers are percent
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
 _AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
