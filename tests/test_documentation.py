@@ -204,6 +204,16 @@ def test_the_python_of_the_papers_page_makes_its_folders_and_prints_the_publishe
         assert list(ast.literal_eval(line).values()) == forcemap.published_map(name).coefficients.tolist()
 
 
+def test_the_papers_page_shows_what_its_commands_print(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(re.findall(r"```python\n(.*?)```", page("docs/paper.md"), re.S)[0], {})
+    shown = re.findall(r"^    forcemap ([^\n]+)\n\n```text\n(.*?)\n```$", page("docs/paper.md"), re.M | re.S)
+    assert len(shown) >= 7
+    for command, text in shown:
+        assert run(shlex.split(command)) in (0, 1)
+        assert re.sub(r"^\.\.\.\n|\n\.\.\.$", "", text) in capsys.readouterr().out, command
+
+
 def test_the_documented_demo_is_what_the_demo_prints(demo):
     printed = (demo / "printed.txt").read_text()
     (shown,) = re.findall(r"<!-- demo:start -->\n\n(.*?)\n\n<!-- demo:end -->", page("docs/commands.md"), re.S)

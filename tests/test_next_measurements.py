@@ -303,7 +303,7 @@ class TestAtMost:
         sound = Sequence.of("kuka-iiwa7-10nm", 13)
         sound.measure(training_grid("kuka-iiwa7-10nm"))
         (below,) = sound.next(limit=250.0).plan.warnings
-        assert sentence(below).startswith("SLOWER THAN ALL THAT WAS MEASURED (0.200 m/s): 4 of these states")
+        assert sentence(below).startswith("SLOWER THAN THE MAP (0.200 m/s, its lowest speed): 4 of these states")
 
 
 def dataset_of(states, force, *, censored=None, role=None, conditions=CELL):

@@ -423,6 +423,11 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     found = f"which would have missed {missed:.0f} of 100 spots 80 mm wide with 25 % more force"
     assert said() == {f"confirmed for 280 N (transient) by 6 impacts at the speeds that the map permits, {found}"}
     assert "is 25 % higher at a bump 80 mm wide" in flowing(forcemap("confirm", measured, *HAND)[1])
+    doubts = {
+        row["slowest_mps"]: row["warnings"] for row in ask("evaluate", measured, "--slowest", *HAND)[1]["from_speeds"]
+    }
+    told = {speed: any("onfirm" in line or "CONFIRM" in line for line in each) for speed, each in doubts.items()}
+    assert told == {speed: speed > min(doubts) for speed in doubts}  # the first is this map, of all states
     other = ask("speed", measured, "--distance", 0.8, "--height", 0.4, "--area", "middle_of_shin", *HAND[2:])[1]
     assert any(line.lower().startswith("not confirmed") for line in other["assumptions"])  # they had another limit
     assert not any(line.startswith("confirmed for") for line in other["assumptions"])

@@ -806,6 +806,10 @@ def test_a_campaign_that_is_entered_again_has_to_be_released_again(
         shutil.copy(of_another_point / name, folder)
     assert released(asked, folder) == 2
     assert in_force(asked) == [2]
+    assert asked("enter", folder)[1]["entered"][0]["since"] == ""
+    edit(folder / "contact_points.csv", "P1,thigh_knee", "P1,chest")  # what it was before: there already, and said
+    back = asked("enter", folder)[1]["entered"][0]
+    assert (back["new"], back["since"] > "") == (False, True)
 
 
 def released_and_kept(measured, tmp_path, asked):

@@ -441,6 +441,24 @@ def test_next_plans_nothing_slower():
             fm.next_measurements(stated, speeds=speeds, **options)
 
 
+@pytest.mark.parametrize("error", [0.0, 0.03])
+@pytest.mark.parametrize(("ratios", "more"), [([0.9, 1.3, 0.9, 1.1, 0.9], True), ([0.5, 1.3, 0.6, 0.5, 0.6], False)])
+def test_next_says_at_how_many_places_the_map_of_all_states_has_a_speed_if_these_are_more(ratios, more, error):
+    """Slower impacts that lie above the map close places that the map fitted to them may permit."""
+    dataset = impacts(ratios)
+    dataset = replace(dataset, conditions=replace(dataset.conditions, speed_error=error))
+    case = {"limit": fm.NewtonLimit(260.0, quasi_static=130.0), "contact": fm.Contact.TRANSIENT, "largest_force": 900.0}
+    found = fm.next_measurements(dataset, **case)
+    every = fm.next_measurements(replace(dataset, conditions=replace(dataset.conditions, slowest=np.nan)), **case)
+    assert (every.confirmed > found.confirmed, every.of_all) == (more, None)
+    assert found.of_all == (every.confirmed if more else None)
+    assert (f"without map.slowest_mps, {every.confirmed}" in fm.sentence(found.progress)) == more
+    (told,) = (line for line in said(fm.safe_speed(fm.fit_force_map(dataset), 0.7, 0.3, limit=HAND, **CASE))
+               if line.startswith("THE MAP HOLDS FROM 0.19 m/s"))  # fmt: skip
+    at = "0.194 m/s (" if error else "0.200 m/s ("
+    assert (at in told, "both less the stated speed error" in told) == (True, error > 0)
+
+
 def test_commands_say_which_states_are_slower(example_folders, tmp_path, ask):
     folder = shutil.copytree(example_folders["ur10e"], tmp_path / "c")
     before = ask("fit", folder)[1]

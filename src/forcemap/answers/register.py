@@ -49,6 +49,7 @@ class EnteredAnswer(Answer):
     sha256: str
     cell: str
     new: bool
+    since: str
     recordings: int
     new_recordings: int
     new_impacts: int

@@ -54,7 +54,8 @@ class ForcesAtLowest(Answer):
 class NearestState(PlaceAndSpeed):
     """A state measured at the place nearest to the one asked for, and the largest of its forces.
 
-    The force is at least the figure where an impact of the state was above the device range.
+    The force is at least the figure where an impact of the state was above the device range. A state that was measured
+    again is listed twice.
     """
 
     state_id: str

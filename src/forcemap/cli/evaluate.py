@@ -14,6 +14,7 @@ from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
 from forcemap.answers.slowest import FromSpeedAnswer, SlowestAnswer
 from forcemap.assessment.folder import beside
+from forcemap.assessment.folder_map import folder_map
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.cli.options import (
     CONTACT_MISSING,
@@ -142,8 +143,12 @@ def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: st
         raise fm.InputError(CONTACT_MISSING)
     dataset, limit = impacts_of(source), None if area is None else fm.force_limit(area, table=campaign_table(source))
     with too_few_states_named(source, form):
+        of_form = wanted_form(form)
         found = compare_slowest_speeds(
-            dataset, limit=limit, contact=contact or fm.Contact.TRANSIENT, form=wanted_form(form)
+            dataset,
+            lambda each: folder_map(source, each, form=of_form).force_map,
+            limit=limit,
+            contact=contact or fm.Contact.TRANSIENT,
         )
     return SlowestAnswer(
         area=None if limit is None else limit.name,

@@ -436,11 +436,14 @@ def _verdict(answer: PathAnswer) -> str:
     allowed, standard, *_ = answer.cycle_times
     times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
     times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s {_standard(answer)})"
+    at_allowed = f"at the allowed speeds{times.removeprefix(',')}"
+    if answer.timed:  # the program's own times are the file's, and compare with each other alone
+        at_allowed = f"computed with at most {answer.acceleration_mps2:g} m/s^2, {at_allowed}"
     if verdicts:
-        return "; ".join([*verdicts, *[f"at the allowed speeds{times.removeprefix(',')}"] * bool(times)])
+        return "; ".join([*verdicts, *[at_allowed] * bool(times)])
     if not answer.programmed:
         return f"permitted at the allowed speeds{times}; not compared with a program, which is not stated everywhere"
-    return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
+    return f"permitted as programmed; {at_allowed}"
 
 
 def _by_mean(answer: PathAnswer) -> str:
@@ -472,7 +475,8 @@ def _slowed(answer: PathAnswer) -> str:
     need = ""
     if answer.timed and allowed is not None and slowed < allowed:
         need = f"; these times need more than the {answer.acceleration_mps2:g} m/s^2 of the allowed speeds' time"
-    return f" ({slowed:.3f} s so slowed, {program:.3f} s as programmed{need})"
+    by = ", by the file's times" if answer.timed else ""
+    return f" ({slowed:.3f} s so slowed, {program:.3f} s as programmed{by}{need})"
 
 
 def _share(length: float, answer: PathAnswer) -> str:
@@ -615,7 +619,10 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
     lines += [answer.standard_of] if answer.standard_of else []
     if answer.timed:
         own = "acceleration_mps2 in the task, without one --acceleration-mps2"
-        lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")
+        lines.append(
+            f"as programmed, and so slowed: by the file's times; the other rows computed with {most}, state yours "
+            f"({own}). Compare each kind with its own: at every start and stop they differ by up to a row's time"
+        )
     if answer.waits_s:
         lines.append(f"the file's waits, {answer.waits_s:.3f} s, are in every row")
     if answer.contact_excluded:

@@ -136,6 +136,11 @@ def enter(
     for each in entered[:_FEW]:
         what = f"{each.new_recordings} new recordings, {each.new_impacts} new impacts" if each.new else "there already"
         lines.append(f"{each.folder}, {f'cell {each.cell}' if each.cell else 'NO CELL STATED'}: {what}")
+        if each.since:
+            lines.append(
+                f"  OTHER CONTENT OF IT WAS ENTERED SINCE, on {each.since[:10]}: releases of that stay in force; "
+                "withdraw those that this folder does not carry (forcemap register withdraw)"
+            )
         if each.new_cell:
             lines.append("  NEW CELL: if its name is a slip, releases of the cell that was meant stay in force")
         lines += [_fact_words(fact) for fact in each.facts]

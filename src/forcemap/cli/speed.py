@@ -63,7 +63,8 @@ def speed(
     force_map, accuracy = options.force_map_from(source, form, device_spring)
     case["bound"] = options.bound_from(force_map, bound, margin)
     answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, **case)
-    emit(answer, speed_lines(answer, points=Path(source, POINTS_FILE).is_file()), as_json=as_json)
+    has = {"points": Path(source, POINTS_FILE).is_file(), "slower": len(force_map.slower) > 0}
+    emit(answer, speed_lines(answer, **has), as_json=as_json)
     return 1 if answer.speed_to_program_mps is None else 0
 
 
@@ -186,10 +187,11 @@ _IN_PROGRAM = (
 )
 
 
-def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
+def speed_lines(answer: SpeedAnswer, *, points: bool, slower: bool) -> list[str]:
     """The speed to program at a place, the speed at contact, and what they rest on.
 
-    `points` is true where the campaign lists contact points, whose speeds may rest on impacts made there.
+    `points` is true where the campaign lists contact points, whose speeds may rest on impacts made there, `slower`
+    where it has impacts slower than its map is to hold for.
     """
     program, contact, forces = answer.speed_to_program_mps, "", ""
     where = f"d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m"
@@ -240,8 +242,10 @@ def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
         hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
     elif answer.to_program_outcome == "unconfirmed" and answer.accuracy:
+        plans = "forcemap next plans what to measure for this limit, or says that no more is to be gained"
+        other = "; forcemap evaluate FOLDER --slowest, whether a map from a slower speed on has one here" * slower
         alone = "for this place alone, measure at it (docs/contact_points.md)"
-        lines.append(f"  next     forcemap next plans what to measure for this limit; {alone}")
+        lines.append(f"  next     {plans}{other}; {alone}")
     return [*lines, *assumes(answer)]
 
 
@@ -249,9 +253,11 @@ def _nearest(answer: SpeedAnswer) -> str:
     """The largest forces measured at the nearest place, and where that is."""
     first = answer.nearest[0]
     away = math.hypot(first.distance_m - answer.distance_m, first.height_m - answer.height_m)
+    names = [state.state_id for state in answer.nearest]
     forces = [
         f"{'at least ' * state.at_least}{state.force_N:.0f} N at {shown(state.speed_mps)} m/s"
-        for state in answer.nearest
+        f"{' (measured again)' * (state.state_id in names[:i])}"
+        for i, state in enumerate(answer.nearest)
     ]
     where = f"d = {first.distance_m:.3f} m, h = {first.height_m:.3f} m, {100 * away:.0f} cm away"
     return f"{', '.join(forces)}, measured at {where}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,9 +14,7 @@ from forcemap.errors import FitError, ForcemapError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import ToleranceBound, margins
-from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.forms import Form
 from forcemap.maps.slower_impacts import cover_slower
 from forcemap.speeds.basis import doubts_of_fit
 from forcemap.speeds.speed_map import measured_grid, speed_map
@@ -74,10 +73,10 @@ class FromSpeed:
 
 def compare_slowest_speeds(
     dataset: ImpactDataset,
+    map_of: Callable[[ImpactDataset], ForceMap],
     *,
     limit: ForceLimit | None = None,
     contact: Contact = Contact.TRANSIENT,
-    form: Form | None = None,
 ) -> tuple[FromSpeed, ...]:
     """Fit a campaign from each of its speeds on, from all states to the fewest that determine a map.
 
@@ -87,11 +86,12 @@ def compare_slowest_speeds(
     Parameters
     ----------
     dataset : ImpactDataset
+    map_of : callable
+        The map of these impacts under other conditions: `fit_force_map`, or how the campaign's map is made and what its
+        confirming impacts show.
     limit : ForceLimit, optional
         To count places with a speed.
     contact : Contact
-    form : Form, optional
-        As in `fit_force_map`.
 
     Raises
     ------
@@ -103,11 +103,11 @@ def compare_slowest_speeds(
     levels = np.unique(np.floor(stated / _WHOLE + _ROUNDING) * _WHOLE).round(3)
     if levels.size > _MOST:
         levels = np.quantile(levels, np.linspace(0, 1, _MOST), method="lower")
-    whole, found = fit_force_map(every, form=form), []
+    whole, found = map_of(every), []
     for slowest in np.unique(levels).tolist():
         conditions = replace(dataset.conditions, slowest=slowest)
         try:
-            force_map = fit_force_map(replace(dataset, conditions=conditions), form=form)
+            force_map = map_of(replace(dataset, conditions=conditions))
         except FitError:
             break  # still fewer states determine none either
         found.append(_from_speed(force_map, whole, slowest, limit, contact))

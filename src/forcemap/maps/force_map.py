@@ -85,12 +85,12 @@ class Fit:
 
     @property
     def measured(self) -> tuple[States, ...]:
-        """All that may contradict a speed."""
+        """All that may contradict a speed, as `of_table`, and states at contact points."""
         return (*self.of_table, self.at_points)
 
     @property
     def of_table(self) -> tuple[States, ...]:
-        """All states of the impacts table."""
+        """All states of the impacts table; one that was measured again with role test is there twice, by one name."""
         return (self.states, self.left_out, self.test, self.slower)
 
     @property

@@ -79,8 +79,9 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
         more=float(ratio[i]) - 1 if ratio[i] > 1 else None,
         most=float(ratio[i]),
         force_N=float(np.fmax(slower.highest, slower.at_least)[i]),
-        speed_mps=float(force_map.conditions.as_stated(slower.speed)[i]),
-        lowest_mps=float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0]),
+        speed_mps=float(slower.speed[i]),
+        lowest_mps=float(force_map.measured_range.lowest[2]),
+        error=force_map.conditions.speed_error > 0 or None,
     )
 
 

@@ -16,6 +16,7 @@ from forcemap.paths.tool_path import ToolPath
 
 _ROUNDING = 1e-9  # [deg]
 _ABOUT = 30.0  # [deg] within which an excluded motion goes about as a map does; a choice
+_CORNER = 1e-4  # [m] within which a log has a row at a corner, as docs/robot_program.md asks; a choice
 _ACROSS = 0.5  # cosine of the angle between two motions, from which on they point the same way; a choice
 
 
@@ -91,14 +92,18 @@ class MatchedMaps:
         """That the segments of a path may be named a row too late; empty if nothing tells it.
 
         Then what moves as a map holds for has the name of the motion before it, whose contact may be excluded: no
-        motion with contact does so, or before a segment with contact such a motion ends a segment that began in
-        another direction, or the segment with contact ends in another one.
+        motion with contact does so, or before a segment with contact such a motion, longer than a corner is logged to,
+        ends a segment that began in another direction, or the segment with contact ends in another one.
         """
         names, possible = np.array(path.names), np.array([bool(needs) for needs in self.needs])
         begins = np.flatnonzero(names[1:] != names[:-1]) + 1
         before, starts, ends = begins - 1, np.append(0, begins)[:-1], np.append(begins, len(names))[1:] - 1
         across = [np.einsum("ij,ij->i", *path.directions[[before, each]]) < _ACROSS for each in (starts, ends)]
-        late = names[before][self.excluded_along[before] & possible[ends] & np.any(across, axis=0)]
+        along, reached = self.excluded_along, path.lengths.cumsum()
+        from_where = np.maximum.accumulate(np.where(along, 0.0, reached))  # the end of the last piece not along a map
+        from_where = np.maximum(from_where[before], np.append(0.0, reached)[starts])
+        long = reached[before] - from_where > _CORNER
+        late = names[before][along[before] & long & possible[ends] & np.any(across, axis=0)]
         only = not (possible & ~self.missing).any()
         segments = self.segments_excluded_along(path) if only else tuple(dict.fromkeys(late.tolist()))
         if not segments:

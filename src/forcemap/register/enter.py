@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, func, select
+from sqlalchemy import ColumnElement, Connection, FromClause, Row, func, or_, select
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, normalised
 from forcemap.errors import CampaignFileError, InputError, RegisterError, nearest_names, one_line
@@ -17,7 +17,7 @@ from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.folder import CampaignContent, read_content
 from forcemap.register.in_force import DEVICE, KINDS, Fact, order
-from forcemap.register.tables import CAMPAIGNS, CELLS, CONTACT_POINTS, FACTS, IMPACTS, MAPS, RECORDINGS, USES
+from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, CONTACT_POINTS, FACTS, IMPACTS, MAPS, RECORDINGS, USES
 
 LONGEST = 500  # characters of a condition; a choice
 _AT_ONCE = 500  # values that are looked up together; a choice
@@ -38,6 +38,8 @@ class Entered:
         SITE/NAME of its cell; empty without one.
     new : bool
         False if all of it was there already.
+    since : str
+        When other content of the same campaign was entered after this, which was there already; empty if none was.
     recordings, new_recordings, new_impacts : int
         How many it has, and how many the register did not know.
     facts : tuple of str
@@ -55,6 +57,7 @@ class Entered:
     sha256: str
     cell: str
     new: bool
+    since: str
     recordings: int
     new_recordings: int
     new_impacts: int
@@ -130,6 +133,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", new: bool =
         sha256=content.sha256,
         cell=joined(site, name),
         new=True,
+        since="",
         recordings=len(content.campaign.entries),
         new_recordings=recordings,
         new_impacts=impacts,
@@ -311,6 +315,29 @@ def _there(connection: Connection, content: CampaignContent, site: str, name: st
     return None if number is None else connection.execute(query.where(CAMPAIGNS.c.cell_id == number)).first()
 
 
+def same_campaign(other: FromClause) -> ColumnElement[bool]:
+    """Whether another content is one of the same campaign: of its cell, and of its name or with a recording of it."""
+    own_uses, own_impacts = USES.alias(), IMPACTS.alias()
+    # + 0: looked up by the impact; databases guess that a campaign has fewer uses than an impact, and read them all
+    own = select(own_uses.c.id).correlate(own_impacts, CAMPAIGNS)
+    own = own.where(own_uses.c.impact_id == own_impacts.c.id, own_uses.c.campaign_id + 0 == CAMPAIGNS.c.id)
+    has = select(own_impacts.c.id).correlate(IMPACTS, CAMPAIGNS)
+    has = has.where(own_impacts.c.recording_id == IMPACTS.c.recording_id, own.exists())
+    shared = select(USES.c.id).join_from(USES, IMPACTS, USES.c.impact_id == IMPACTS.c.id).correlate(other, CAMPAIGNS)
+    shared = shared.where(USES.c.campaign_id == other.c.id, has.exists())
+    same = or_(other.c.name == CAMPAIGNS.c.name, shared.exists())
+    return (other.c.cell_id == CAMPAIGNS.c.cell_id) & same
+
+
+def _newer(connection: Connection, campaign: int) -> str:
+    """When other content of a campaign was entered after this last; empty if none was."""
+    later = CAMPAIGNS.alias()
+    query = select(func.max(AUDIT.c.at)).select_from(CAMPAIGNS)
+    query = query.join(later, same_campaign(later) & (later.c.entry > CAMPAIGNS.c.entry))
+    query = query.join(AUDIT, AUDIT.c.id == later.c.entry).where(CAMPAIGNS.c.id == campaign)
+    return str(connection.execute(query).scalar() or "")
+
+
 def _as_there(connection: Connection, content: CampaignContent, site: str, name: str, found: Row[Any, Any]) -> Entered:
     digests = [entry.sha256 for entry in content.campaign.entries]
     return Entered(
@@ -319,6 +346,7 @@ def _as_there(connection: Connection, content: CampaignContent, site: str, name:
         sha256=content.sha256,
         cell=joined(site, name),
         new=False,
+        since=_newer(connection, found.id),
         recordings=found.recordings,
         new_recordings=0,
         new_impacts=0,

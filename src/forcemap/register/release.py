@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, FromClause, case, func, or_, select
+from sqlalchemy import ColumnElement, Connection, case, func, or_, select
 
 import forcemap as fm
 from forcemap.assessment.missing import present
@@ -27,7 +27,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
-from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell
+from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell, same_campaign
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import DEVICE, Fact, Released, failed
 from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, IMPACTS, RELEASES, USES, WITHDRAWALS
@@ -234,7 +234,7 @@ def entered_again(connection: Connection, *which: ColumnElement[bool]) -> dict[i
     later = CAMPAIGNS.alias()
     query = select(RELEASES.c.id, func.max(AUDIT.c.at))
     query = query.join_from(RELEASES, CAMPAIGNS, RELEASES.c.campaign_id == CAMPAIGNS.c.id)
-    query = query.join(later, _same_campaign(later) & (later.c.entry > RELEASES.c.entry))
+    query = query.join(later, same_campaign(later) & (later.c.entry > RELEASES.c.entry))
     query = query.join(AUDIT, AUDIT.c.id == later.c.entry).where(*which).group_by(RELEASES.c.id)
     return {row[0]: row[1] for row in connection.execute(query)}
 
@@ -258,20 +258,6 @@ def entered_elsewhere(connection: Connection, *which: ColumnElement[bool]) -> di
     rows = connection.execute(query.where(*which).distinct().order_by(AUDIT.c.at)).all()
     same = (row for row in rows if json.loads(row.conditions)["robot"] == json.loads(row.others)["robot"])
     return {row.id: (row.site or "", row.name or "", row.at) for row in same}
-
-
-def _same_campaign(other: FromClause) -> ColumnElement[bool]:
-    """Whether another content is one of the same campaign: of its cell, and of its name or with a recording of it."""
-    own_uses, own_impacts = USES.alias(), IMPACTS.alias()
-    # + 0: looked up by the impact; databases guess that a campaign has fewer uses than an impact, and read them all
-    own = select(own_uses.c.id).correlate(own_impacts, CAMPAIGNS)
-    own = own.where(own_uses.c.impact_id == own_impacts.c.id, own_uses.c.campaign_id + 0 == CAMPAIGNS.c.id)
-    has = select(own_impacts.c.id).correlate(IMPACTS, CAMPAIGNS)
-    has = has.where(own_impacts.c.recording_id == IMPACTS.c.recording_id, own.exists())
-    shared = select(USES.c.id).join_from(USES, IMPACTS, USES.c.impact_id == IMPACTS.c.id).correlate(other, CAMPAIGNS)
-    shared = shared.where(USES.c.campaign_id == other.c.id, has.exists())
-    same = or_(other.c.name == CAMPAIGNS.c.name, shared.exists())
-    return (other.c.cell_id == CAMPAIGNS.c.cell_id) & same
 
 
 def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Speeds:
@@ -484,7 +470,7 @@ def _measured_since(connection: Connection, campaign: Mapping[str, Any]) -> str 
     further = select(IMPACTS.c.id).where(IMPACTS.c.campaign_id == newer.c.id).exists()
     other = [newer.c[name] != campaign[name] for name in ("conditions", "device_error_N")]
     which = [CAMPAIGNS.c.id == campaign["id"], newer.c.entry > campaign["entry"], or_(further, *other)]
-    query = select(func.max(AUDIT.c.at)).join_from(CAMPAIGNS, newer, _same_campaign(newer))
+    query = select(func.max(AUDIT.c.at)).join_from(CAMPAIGNS, newer, same_campaign(newer))
     query = query.join(AUDIT, AUDIT.c.id == newer.c.entry).where(*which)
     found: str | None = connection.execute(query).scalar()
     return found

@@ -105,6 +105,9 @@ class NextMeasurements:
         Runs to add to the campaign's plan, slow to fast; None if it is time to stop.
     stop : Stop or None
         Why to stop.
+    of_all : int or None
+        Places that have a speed now by the map of all states, slower ones than the conditions want fitted, too; None
+        if there are none, or it has no more.
     reasons : tuple of Finding
         Why these states, or why to stop.
     upper_force : array
@@ -126,6 +129,7 @@ class NextMeasurements:
     simulated: bool
     plan: MeasurementPlan | None = None
     stop: Stop | None = None
+    of_all: int | None = None
     reasons: tuple[Finding, ...] = ()
     upper_force: FloatArray = field(default_factory=lambda: np.empty(0))
     upper_is: Finding | None = None
@@ -140,7 +144,7 @@ class NextMeasurements:
     @property
     def progress(self) -> Finding:
         """At how many places of the grid there is a speed now, and is expected to be after these runs."""
-        counted = {"confirmed": self.confirmed, "places": self.places}
+        counted = {"confirmed": self.confirmed, "places": self.places, "of_all": self.of_all}
         if self.plan is None or math.isnan(self.expected_speed):
             return Finding.of(FindingKind.PLACES_COUNTED, **counted)
         return Finding.of(FindingKind.PLACES_EXPECTED, **counted, expected=self.expected_confirmed)
@@ -267,7 +271,17 @@ def next_measurements(
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
     by_force = [Finding.of(FindingKind.PLANNED_BY_FORCE, quantities=tuple(each.quantity.words for each in others))]
     warnings = (*(by_force if others else ()), *_said_of(others, bound), *answer.warnings)
-    return replace(answer, warnings=warnings, within=within)
+    return replace(answer, warnings=warnings, within=within, of_all=_of_all(aim, dataset, force_map, answer.confirmed))
+
+
+def _of_all(aim: _Aim, dataset: ImpactDataset | None, force_map: ForceMap | None, confirmed: int) -> int | None:
+    """Places with a speed by the map of all states, where slower ones are not fitted; None if no more than now."""
+    if dataset is None or force_map is None or not len(force_map.slower):
+        return None
+    every = replace(dataset, conditions=replace(dataset.conditions, slowest=math.nan))
+    whole, _ = _map_with_bound(every, aim.form, aim.bound)
+    now, *_ = _confirmed(whole, aim.targets, aim.level, aim.bound, aim.share)
+    return now.confirmed if now.confirmed > confirmed else None
 
 
 def _choice(
