@@ -106,10 +106,10 @@ def test_every_batch_gains_what_is_expected_of_it(full_size):
     foreseen, gained = [], []
     for seed in range(8 if full_size else 5):
         sequence = Sequence.of("kuka-iiwa7-30nm", seed)
-        sequence.run(states=12)
-        found = sequence.next(states=20, batch=8)
+        sequence.run(states=16)  # with the four in the gap between slow speeds that the opening leaves
+        found = sequence.next(states=24, batch=8)
         sequence.measure(planned_states(found.plan))
-        after = sequence.next(states=20)
+        after = sequence.next(states=24)
         foreseen.append(found.expected_speed - found.speed)
         gained.append(after.speed - found.speed)
     assert np.mean(foreseen) > 0.005
@@ -606,7 +606,8 @@ class TestConfirmation:
             assert np.all(apart.max(axis=2) > 1)
             assert len(states) == 12
             alone, *doubts = found.warnings
-            kinds = [FindingKind.SPEED_ERROR_NOT_STATED, FindingKind.FORM_UNSEEN_BETWEEN]  # the paper's plan
+            kinds = [FindingKind.SPEED_ERROR_NOT_STATED, FindingKind.SLOW_IMPACTS_MISSING]  # at two places, 0.11 m/s
+            kinds += [FindingKind.FORM_UNSEEN_BETWEEN]
             assert (alone.kind, [doubt.kind for doubt in doubts]) == (FindingKind.DEVICE_ALONE, kinds)
             own = fm.NewtonLimit(limit, spring_N_per_m=75e3)
             again = fm.confirm_plan(force_map, own, contact=QUASI_STATIC, bound=fm.ToleranceBound(), impacts=12)

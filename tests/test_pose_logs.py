@@ -181,8 +181,10 @@ RTDE = "t;X;Y;Z;{}\n"
         ("speed_scaling", (0.0, 1.0, 1.0, 1.0), None),  # it stands
         ("Override [%]", (100, 100, 100, 100), None),
         ("speed_scaling", (1.02, 1.02, 1.02, 1.02), None),
-        *[(name, (3, 3, 3, 3), None) for name in ("joint_speed_ratio_limit", "feed rate [mm/s]")],
-        ("current", (0.4, 0.4, 0.4, 0.4), None),
+        *[(name, (25, 25, 25, 25), 0.25) for name in ("ovr", "OV")],
+        *[(name, (3, 3, 3, 3), "not told") for name in ("joint_speed_ratio_limit", "feed rate [mm/s]", "safety_mode")],
+        ("current", (0.4, 0.4, 0.4, 0.4), "not told"),
+        ("Override", ("ON", "ON", "ON", "ON"), "not told"),
     ],
 )
 def test_a_log_of_a_slowed_run_says_so(tmp_path, name, values, slowed):
@@ -193,12 +195,13 @@ def test_a_log_of_a_slowed_run_says_so(tmp_path, name, values, slowed):
     ]
     (tmp_path / "log.csv").write_text(RTDE.format(name) + "\n".join(rows) + "\n")
     path = fm.read_path(tmp_path / "log.csv", columns=XYZ | CLOCK)
-    assert [each.kind.value for each in path.doubts] == ["log_slowed"] * (slowed is not None)
+    said = [] if slowed is None else ["log_full_speed_untold" if slowed == "not told" else "log_slowed"]
+    assert [each.kind.value for each in path.doubts] == said
     task = fm.Task((fm.TaskSegment("path", ("back_of_hand",), fm.Contact.TRANSIENT),))
     found = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.1))
-    assert [each.kind.value for each in found.doubts][: len(path.doubts)] == ["log_slowed"] * (slowed is not None)
+    assert [each.kind.value for each in found.doubts][: len(path.doubts)] == said
     assert "as_logged" in {each.kind.value for each in found.notes}
-    if slowed is not None:
+    if said == ["log_slowed"]:
         assert path.doubts[0].figure("lowest") == pytest.approx(slowed)
 
 

@@ -812,6 +812,78 @@ def test_a_campaign_that_is_entered_again_has_to_be_released_again(
     assert (back["new"], back["since"] > "") == (False, True)
 
 
+def harder(measured, folder, factor, day, near=None):
+    """A campaign on another day, with forces that are a factor of the first one's: of its plan, or near a place."""
+    shutil.copytree(
+        measured, folder, ignore=shutil.ignore_patterns("report*", "recordings.csv", "impacts.csv", "points")
+    )
+    (folder / "contact_points.csv").unlink()
+    edit(folder / "campaign.toml", DAY, day)
+    if near:
+        (folder / "plan.csv").unlink()
+        shutil.rmtree(folder / "recordings")
+        ranges = ((start, start + 0.1) for start in near)
+        fm.write_plan(fm.plan_measurements(*ranges, (0.1, 0.3), repeats=1, again=0), folder)
+    plan, rng = fm.read_plan(folder), np.random.default_rng(7)
+    peaks = 0.6 * factor * fm.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
+    for name, peak in zip(plan.recording.tolist(), peaks.tolist(), strict=True):
+        save(folder / "recordings" / f"{name}.csv", *pulse(peak * np.exp(rng.normal(0, 0.01)), rate=1000.0, seed=2))
+    fm.build_dataset(fm.read_campaign(folder))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("factor", "day", "ends"), [(1.7, TODAY, True), (0.9, TODAY, False), (1.7, "2026-01-09", False)]
+)
+def test_later_impacts_of_a_cell_above_the_limit_at_a_released_speed_end_a_release(
+    factor, day, ends, register, measured, tmp_path, asked
+):
+    """Those of days before the measurements do not: the robot may have been another one."""
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", west)
+    assert released(asked, west) == 1
+    speeds = asked("state", "cell-1")[1]["releases"][0]["speeds"]
+    assert "direction of motion: down; contact site: flange" in speeds["measured_for"]
+    east = harder(measured, tmp_path / "east", factor, day)
+    assert asked("enter", east)[1]["entered"][0]["releases"] == [1]
+    chest = (fm.force_limit("chest"), fm.Contact.TRANSIENT)
+    force_map, bound = fm.fit_force_map(fm.read_dataset(west)), fm.ToleranceBound(device_error=3.0)
+    table = fm.robot_table(force_map, limits=[chest], bound=bound)
+    assert table.speed_mmps.tolist() == speeds["speed_mmps"]
+    made = fm.read_dataset(east)
+    permitted = np.array([table.speed(d, 0.0, h) for d, h in zip(made.distance, made.height, strict=True)])
+    force = np.fmax(made.peak_force, made.phase2_force)
+    above = int(
+        np.sum((made.stated_speed <= permitted) & (force > fm.force_limit("chest").force(fm.Contact.TRANSIENT)))
+    )
+    assert (above > 0) is (factor > 1)
+    standing = asked("state", "cell-1")[1]["releases"][0]
+    assert standing["in_force"] is not ends
+    assert any(words.startswith(f"{above} impacts of the cell that were entered since exceed") for words in
+               standing["why_not"]) is ends  # fmt: skip
+    if ends:
+        assert released(asked, west) == 2  # a person may know that they are of another tool: said first from then on
+        newest = asked("state", "cell-1")[1]["releases"][0]
+        assert newest["in_force"]
+        assert newest["speeds"]["warnings"][0].startswith("IMPACTS OF ANOTHER CAMPAIGN OF THIS CELL EXCEED ITS LIMIT")
+        assert released(asked, west) == 2  # the same, there already
+        north = harder(measured, tmp_path / "north", factor, day)
+        assert asked("enter", north)[1]["entered"][0]["new"] is False  # the same recordings
+        assert in_force(asked) == [2]
+
+
+@pytest.mark.parametrize(("near", "ends"), [((0.71, 0.31), True), ((0.73, 0.31), False)])
+def test_later_impacts_at_a_contact_point_above_its_limit_at_its_released_speed_end_its_release(
+    near, ends, register, measured, tmp_path, asked
+):
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", west)
+    code, answer = asked("release", "cell-1", west, "--point", "P1", "--valid-until", UNTIL)
+    assert code == 0, answer
+    asked("enter", harder(measured, tmp_path / "east", 4.0, TODAY, near))
+    assert (in_force(asked) == []) is ends
+
+
 def released_and_kept(measured, tmp_path, asked):
     """A campaign with a release in force, and a copy of its folder as it is then."""
     folder = Path(shutil.copytree(measured, tmp_path / "west"))

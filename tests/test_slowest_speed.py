@@ -22,6 +22,7 @@ HAND = fm.force_limit("back_of_hand")
 CASE = {"contact": fm.Contact.TRANSIENT, "bound": fm.ToleranceBound()}
 SLOWEST, SLOW = 0.19, 0.1
 PLACES = np.unique(GRID[:, :2], axis=0)[[0, 6, 12, 18, 24]]
+PLACES_3 = np.unique(GRID[:, :2], axis=0)[[0, 2, 4, 10, 12, 14, 20, 22, 24]]
 
 
 def impacts(ratios, slowest=SLOWEST, censored=(), role="train", pressures=False, speeds=(SLOW,)):
@@ -556,13 +557,45 @@ def test_slow_impacts_that_next_plans_are_those_that_it_asks_for_whatever_the_sp
 
 
 @pytest.mark.parametrize(
+    ("speeds", "said", "plans"),
+    [
+        ((0.1, 0.25, 0.4), "from there down to 0.100 m/s", [[0.17], [0.12]]),
+        ((0.1, 0.175, 0.25, 0.325, 0.4), "from there down to 0.100 m/s", [[0.12]]),
+        ((0.05, 0.1, 0.15, 0.2, 0.3), None, []),
+        ((0.05, 0.225, 0.4), "from there down to 0.050 m/s", [[0.16], [0.11], [0.08]]),
+    ],
+)
+def test_a_gap_between_fitted_slow_speeds_is_said_first_and_next_fills_it(speeds, said, plans):
+    """A grid of few speeds passes over the speed at which a robot that feels slow contacts late pushes on the most."""
+    at = np.column_stack([np.repeat(PLACES_3, len(speeds), axis=0), np.tile(speeds, len(PLACES_3))])
+    asked, conditions = [], fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down")
+    for _ in range(5):
+        force = printed_force("ur10e", *at.T) * np.exp(np.random.default_rng(3).normal(0, 0.02, len(at)))
+        dataset = fm.ImpactDataset.from_arrays(
+            distance=at[:, 0], height=at[:, 1], speed=at[:, 2], peak_force=force, conditions=conditions,
+            state=[f"s{i}" for i in range(len(at))], phase2_force=np.full(len(at), 20.0),
+        )  # fmt: skip
+        found = slow_impacts_missing(fm.fit_force_map(dataset))
+        if found is None:
+            break
+        assert asked or said in fm.sentence(found)
+        planned = fm.next_measurements(dataset, HAND, contact=fm.Contact.TRANSIENT)
+        assert [fm.sentence(each).endswith("counts for every speed") for each in planned.reasons] == [True]
+        asked.append(sorted(set(planned.plan.speed.round(9).tolist())))
+        first = planned.plan.select(planned.plan.repeat == 1)
+        at = np.vstack([at, np.column_stack([first.distance, first.height, first.speed])])
+    assert asked == plans
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+@pytest.mark.parametrize(
     ("places", "speeds", "missing"),
     [
         *[(2, (0.14, 0.1), 0.2), (3, (0.14, 0.1), None), (4, (0.14,), 0.14), (4, (0.14, 0.1), None), (1, (0.05,), 0.2)],
         *[(4, (0.1,), 0.2), (4, (0.15, 0.1), None), (4, (0.18, 0.14, 0.1), None), (4, (0.16, 0.1), 0.16)],
     ],
 )
-def test_slower_impacts_beside_the_map_tell_of_slower_motion_at_several_places_alone(places, speeds, missing):
+def test_slower_impacts_tell_of_slower_motion_at_several_places_alone(places, speeds, missing, fitted):
     """One slow impact anywhere, or a stated slowest speed without any, tells of nothing; nor do those below a gap."""
     plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.2, 0.4), repeats=1, again=0)
     slow = [[*place, speed] for place in PLACES[:places] for speed in speeds]
@@ -573,7 +606,8 @@ def test_slower_impacts_beside_the_map_tell_of_slower_motion_at_several_places_a
         phase2_force=np.full(d.size, 20.0),
         conditions=fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down", slowest=0.2),
     )  # fmt: skip
-    force_map = fm.fit_force_map(dataset)
+    of_all = replace(dataset, conditions=replace(dataset.conditions, slowest=float("nan")))
+    force_map = fm.fit_force_map(of_all if fitted else dataset)
     found = slow_impacts_missing(force_map)
     assert (found and found.figure("lowest_mps")) == (missing and pytest.approx(missing))
     none = fm.fit_force_map(dataset.select(~dataset.slower))

@@ -55,6 +55,7 @@ class EnteredAnswer(Answer):
     new_impacts: int
     facts: list[str]
     also_of: list[str]
+    releases: list[int]
     new_cell: bool
 
 
@@ -142,6 +143,11 @@ class ReleaseAnswer(Answer):
         speeds = self.speeds or {}
         by = f"{speeds['confirming_impacts']} impacts" if speeds.get("confirming_impacts") else "measurement"
         return f"{self.bound}{f', confirmed by {by}' if speeds.get('confirmed') else ''}"
+
+    @property
+    def measured_for(self) -> str:
+        """What was measured, so that it holds for that alone; empty if it gives no speeds, or of an earlier version."""
+        return "" if self.speeds is None else str(self.speeds.get("measured_for", ""))
 
     @property
     def to_program(self) -> str:

@@ -427,7 +427,9 @@ def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missin
     found = [Finding.of(FindingKind.POINT_SPEED_UNTOLD, names=tuple(each.point.name for each in of_none))]
     fast = [each.speed for each in of_none if each.speed >= SLOW + StateTolerance().speed]
     if isinstance(force_map, Missing) and fast:
-        found.append(Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=min(fast), stated_mps=None))
+        found.append(
+            Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=min(fast), stated_mps=None, below_mps=None)
+        )
     return found
 
 

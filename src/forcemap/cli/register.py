@@ -143,6 +143,14 @@ def enter(
             )
         if each.new_cell:
             lines.append("  NEW CELL: if its name is a slip, releases of the cell that was meant stay in force")
+        if each.new and each.releases:
+            which = (
+                f"{counted(len(each.releases), 'release')} of the cell ({', '.join(map(str, each.releases[:_FEW]))})"
+            )
+            lines.append(
+                f"  {which} rest on other impacts, and end by these only where they exceed the limit at a speed "
+                "that is released there: forcemap evaluate FOLDER --against THIS says whether their map still holds"
+            )
         lines += [_fact_words(fact) for fact in each.facts]
         lines += _shared(each.also_of)
     lines += [f"and {counted(len(entered) - _FEW, 'folder')} more"] if len(entered) > _FEW else []
@@ -481,6 +489,7 @@ def _release_lines(releases: Sequence[ReleaseAnswer]) -> list[str]:
         lines.append(f"{name}: in force until {release.valid_until}{', SIMULATED' if release.simulated else ''}")
         lines += [f"      {warning}" for warning in release.warnings]
         lines.append(f"      {release.to_program}")
+        lines += [f"      for what was measured alone: {release.measured_for}"] if release.measured_for else []
         by = f"released by {release.person}; report {release.report_sha256[:12]}"
         lines.append(f"      {release.rests_on}; {by}")
     return lines

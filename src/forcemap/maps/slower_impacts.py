@@ -13,6 +13,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import Quantity, States, StateTolerance
+from forcemap.campaigns.state import places
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
@@ -88,22 +89,32 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
 def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     """That a map of the force, with the slower impacts beside it, tells of no speeds as low as SLOW; None otherwise.
 
-    Test states tell nothing: none widens the bound. Of slower impacts (map.slowest_mps) as many places count as of the
-    fitted ones, SLOW_PLACES; and none below a gap, as between 0.1 and 0.2 m/s: the most may lie in it.
+    Test states tell nothing: none widens the bound. Fitted states and slower impacts (map.slowest_mps) tell of slower
+    motion at SLOW_PLACES places and more, down to a gap, as between 0.1 and 0.2 m/s: the most may lie in it.
     """
-    lowest, slower = float(force_map.measured_range.lowest[2]), force_map.slower
     if force_map.quantity is not Quantity.FORCE:
         return None
-    if len(slower):
-        for speed in np.sort(slower.speed)[::-1].tolist():
-            at = np.abs(slower.speed - speed) <= StateTolerance().speed
-            if _STEP * lowest - _ROUNDING <= speed < lowest and np.unique(slower.place[at]).size >= SLOW_PLACES:
-                lowest = speed
+    states = (force_map.fit.states, force_map.slower) if force_map.fit else ()
+    speed = np.concatenate([[force_map.measured_range.lowest[2]], *(each.speed for each in states)])
+    lowest = _lowest_without_gap(states) if states else float(speed[0])
     if lowest < SLOW + StateTolerance().speed - _ROUNDING:
         return None
     stated = float(force_map.conditions.as_stated(np.array(lowest)))
-    figures = {"lowest_mps": lowest, "stated_mps": stated if stated > lowest else None}
-    return Finding.of(FindingKind.SLOW_IMPACTS_MISSING, **figures)
+    below = speed[speed < _STEP * lowest]
+    figures = {"stated_mps": stated if stated > lowest else None, "below_mps": below.max() if below.size else None}
+    return Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=lowest, **figures)
+
+
+def _lowest_without_gap(measured: tuple[States, ...]) -> float:
+    """How far down speeds [m/s] go from twice SLOW, each at SLOW_PLACES places within a step of the next faster one."""
+    distance, height, speed = np.concatenate([each.coordinates for each in measured]).T
+    place, lowest = places(distance, height), float(np.min(speed[speed >= 2 * SLOW], initial=speed.max()))
+    while True:
+        near = (speed >= _STEP * lowest - _ROUNDING) & (speed < lowest)
+        slowest = sorted(speed[near & (place == each)].min() for each in np.unique(place[near]))
+        if len(slowest) < SLOW_PLACES:
+            return lowest
+        lowest = float(slowest[SLOW_PLACES - 1])
 
 
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:

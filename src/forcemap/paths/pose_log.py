@@ -37,7 +37,7 @@ _SPEEDS = (
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _OVERRIDE = re.compile(
-    r"override|ov_pro|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
+    r"override|ov_pro|^\s*ovr?\s*$|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
     r"(speed|vel(ocity)?|geschwindigkeit|tempo|ovr|(?<![a-z])v)[\s_.(\[-]*"
     r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
     re.IGNORECASE,
@@ -88,8 +88,9 @@ def read_pose_log(
 
 
 def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
-    """That columns of the log, which are not read, say that the run was slowed down, in shares or in percent."""
-    lowest = {}
+    """That columns of the log, which are not read, say that the run was slowed down, in shares or in percent, or that
+    none says that it was not."""
+    told, lowest = False, {}
     shares = (i for i, name in enumerate(layout.names) if _OVERRIDE.search(name) and not _NO_SHARE.search(name))
     for column in shares:
         rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines())
@@ -98,8 +99,11 @@ def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
         moving = [share for cell in numbers if (share := float(cell.replace(layout.decimal, "."))) > 0]
         percent = _PERCENT.search(layout.names[column] + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
         full = 100.0 if percent else 1.0
+        told |= bool(moving)
         if moving and min(moving) < _FULL * full:
             lowest[layout.names[column]] = min(moving) / full
+    if not told:
+        yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD)
     if lowest:
         yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))
 

@@ -17,7 +17,18 @@ from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.folder import CampaignContent, read_content
 from forcemap.register.in_force import DEVICE, KINDS, Fact, order
-from forcemap.register.tables import AUDIT, CAMPAIGNS, CELLS, CONTACT_POINTS, FACTS, IMPACTS, MAPS, RECORDINGS, USES
+from forcemap.register.tables import (
+    AUDIT,
+    CAMPAIGNS,
+    CELLS,
+    CONTACT_POINTS,
+    FACTS,
+    IMPACTS,
+    MAPS,
+    RECORDINGS,
+    RELEASES,
+    USES,
+)
 
 LONGEST = 500  # characters of a condition; a choice
 _AT_ONCE = 500  # values that are looked up together; a choice
@@ -46,6 +57,8 @@ class Entered:
         Conditions of the cell that were entered, as `firmware: 5.12`.
     also_of : tuple of str
         Other cells that have campaigns with these recordings.
+    releases : tuple of int
+        Releases of the cell that are not replaced, and rest on other campaigns.
     new_cell : bool
         True if the register did not know the cell.
     head : Head
@@ -63,6 +76,7 @@ class Entered:
     new_impacts: int
     facts: tuple[str, ...]
     also_of: tuple[str, ...]
+    releases: tuple[int, ...]
     new_cell: bool
     head: Head
 
@@ -127,6 +141,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", new: bool =
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], place)
         figures = {"folder": str(printable(str(Path(folder).resolve()))), "facts": facts}
         now = action.done("enter", f"campaign {content.sha256}", cell=joined(site, name), **figures)
+        releases = _releases_beside(connection, campaign, place)
     return Entered(
         folder=str(folder),
         name=_name(content),
@@ -139,6 +154,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", new: bool =
         new_impacts=impacts,
         facts=tuple(facts),
         also_of=also_of,
+        releases=releases,
         new_cell=bool(name) and not known,
         head=now,
     )
@@ -329,6 +345,15 @@ def same_campaign(other: FromClause) -> ColumnElement[bool]:
     return (other.c.cell_id == CAMPAIGNS.c.cell_id) & same
 
 
+def _releases_beside(connection: Connection, campaign: int, cell: int | None) -> tuple[int, ...]:
+    """Releases of a cell that are not replaced, and are not of this campaign."""
+    later, own = RELEASES.alias(), CAMPAIGNS.alias()
+    replaced = select(later.c.id).where(later.c.replaces == RELEASES.c.id).exists()
+    query = select(RELEASES.c.id).join(CAMPAIGNS).join(own, own.c.id == campaign)
+    query = query.where(RELEASES.c.cell_id == cell, ~replaced, ~same_campaign(own)).order_by(RELEASES.c.id.desc())
+    return tuple(connection.execute(query).scalars())
+
+
 def _newer(connection: Connection, campaign: int) -> str:
     """When other content of a campaign was entered after this last; empty if none was."""
     later = CAMPAIGNS.alias()
@@ -352,6 +377,7 @@ def _as_there(connection: Connection, content: CampaignContent, site: str, name:
         new_impacts=0,
         facts=(),
         also_of=cells_with(connection, digests, cell_number(connection, site, name) if name else None),
+        releases=(),
         new_cell=False,
         head=head(connection),
     )

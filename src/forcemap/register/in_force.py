@@ -98,12 +98,13 @@ def failed(
     replaced_by: int | None,
     entered_again: str | None = None,
     entered_elsewhere: tuple[str, str, str] | None = None,
+    contradicted: Finding | None = None,
     now: str,
 ) -> tuple[Finding, ...]:
     """Why a release is not in force; empty if it is.
 
     It is in force only if it is neither withdrawn nor replaced, its campaign was not entered again with other content
-    and its recordings not for another cell under other conditions,
+    and its recordings not for another cell under other conditions, no later impacts exceed its limit as it permits,
     its time is not over and not ahead, every condition is known, was so at its release and has not changed since, the
     calibration held when it was measured, and the device suits the body areas. What is not known fails as what is wrong
     does; a withdrawal counts whatever its time, and a condition that has changed and changed back has changed.
@@ -122,6 +123,8 @@ def failed(
     entered_elsewhere : tuple of str or None
         Site and name of another cell that its recordings were entered for under other conditions, both empty without a
         cell, and when.
+    contradicted : Finding or None
+        What impacts of the cell that were entered since say against it.
     now : str
         The time, as the register keeps it.
     """
@@ -134,6 +137,7 @@ def failed(
     if entered_elsewhere is not None:
         *cell, at = entered_elsewhere
         found.append(of(kind.RELEASE_ENTERED_ELSEWHERE, cell="/".join(filter(None, cell)), at=at[:10]))
+    found += [contradicted] if contradicted else []
     if not release.at or release.at > now:
         found.append(of(kind.RELEASE_AHEAD, at=release.at))
     if not release.valid_until:

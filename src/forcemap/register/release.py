@@ -27,6 +27,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
+from forcemap.register.contradicted import contradicted_since, contradicts
 from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell, same_campaign
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import DEVICE, Fact, Released, failed
@@ -35,6 +36,7 @@ from forcemap.speeds.basis import Basis, limit_basis, unconfirmed
 from forcemap.speeds.quantities import cases_of
 from forcemap.words import assumptions, sentence, sentences, warnings
 
+_MADE_FOR = (FindingKind.DIRECTION, FindingKind.CONTACT_SITE, FindingKind.TOOL, FindingKind.SAFETY_SETTINGS)
 _POINT = "point "  # with which the subject of a contact point's release begins
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
 
@@ -154,18 +156,21 @@ def release(
         found = replace(found, speeds=found.speeds | {"warnings": [*said, *found.speeds["warnings"]]})
         of_points = refused if content.points else _refused_before(connection, number)
         found = _beside_points(found, of_points, listed=bool(content.points))
+        made_for = sentences(each for each in content.campaign.conditions.findings if each.kind in _MADE_FOR)
+        found = replace(found, speeds=found.speeds | {"measured_for": "; ".join(made_for)})
         values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
+        if against := contradicts(connection, values):
+            first = found.speeds | {"warnings": [sentence(against), *found.speeds["warnings"]]}
+            values["speeds"] = json.dumps(first, sort_keys=True)
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
         earlier = _before(connection, values)
 
-        def wrong_with(row: Any, again: str | None = None) -> tuple[fm.Finding, ...]:
-            return failed(released(row), facts, (), replaced_by=None, entered_again=again, now=action.at)
+        def wrong_with(row: Any, **since: Any) -> tuple[fm.Finding, ...]:
+            return failed(released(row), facts, (), replaced_by=None, now=action.at, **since)
 
         same = earlier and not earlier["withdrawn"] and all(earlier[name] == value for name, value in values.items())
-        if same and not wrong_with(
-            earlier, entered_again(connection, RELEASES.c.id == earlier["id"]).get(earlier["id"])
-        ):
+        if same and not wrong_with(earlier, **_since(connection, earlier["id"])):
             return ReleaseEntered(earlier["id"], False, earlier["replaces"], cell, also_of, head(connection))
         values |= {"replaces": earlier["id"] if earlier else None, "person": action.person, "at": action.at}
         if wrong := wrong_with({**values, "entry": action.entry}):
@@ -173,6 +178,13 @@ def release(
         release = action.add(RELEASES, **values)
         done = action.done("release", f"release {release}", cell=cell, of=found.subject, valid_until=until)
     return ReleaseEntered(release, True, values["replaces"], cell, also_of, done)
+
+
+def _since(connection: Connection, release: int) -> dict[str, Any]:
+    """What speaks against a release that was entered after it, by the names of `failed`."""
+    which = RELEASES.c.id == release
+    again, contradicted = entered_again(connection, which), contradicted_since(connection, which)
+    return {"entered_again": again.get(release), "contradicted": contradicted.get(release)}
 
 
 def _others_since(content: CampaignContent, facts: Sequence[Fact]) -> tuple[str, ...]:

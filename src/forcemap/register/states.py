@@ -12,6 +12,7 @@ from sqlalchemy import ColumnElement, Connection, select, union
 from forcemap.findings import Finding, FindingKind
 from forcemap.register.audit import head
 from forcemap.register.connection import Register
+from forcemap.register.contradicted import contradicted_since
 from forcemap.register.enter import current, facts_of, joined, require_cell
 from forcemap.register.in_force import KINDS, Fact, Withdrawal, failed
 from forcemap.register.release import entered_again, entered_elsewhere, released
@@ -193,6 +194,7 @@ def release_states(
     replaced = {row[0]: row[1] for row in connection.execute(pairs)}
     again = entered_again(connection, *which) if rows else {}
     elsewhere = entered_elsewhere(connection, *which) if rows else {}
+    contradicted = contradicted_since(connection, *which) if rows else {}
     return [
         ReleaseState(
             release=row["id"],
@@ -209,6 +211,7 @@ def release_states(
                 replaced_by=replaced.get(row["id"]),
                 entered_again=again.get(row["id"]),
                 entered_elsewhere=elsewhere.get(row["id"]),
+                contradicted=contradicted.get(row["id"]),
                 now=now,
             ),
         )

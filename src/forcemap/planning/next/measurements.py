@@ -305,7 +305,7 @@ def _choice(
             return again
         now = replace(now, warnings=(*refused, *now.warnings))
     missing = slow_impacts_missing(force_map) if aim.left > 0 else None
-    slow = _slow_impacts(aim, now, force_map, aim.seen, missing.figure("lowest_mps")) if missing else None
+    slow = _slow_impacts(aim, now, force_map, aim.seen, missing) if missing else None
     return slow or _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
 
 
@@ -493,9 +493,12 @@ def _where_exceeded(
     return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
 
-def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: States, lowest: float) -> _Choice | None:
-    """The corners at a slower speed than was measured, since every motion passes through it; None if all are measured
-    or may be above the device's range."""
+def _slow_impacts(
+    aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: States, missing: Finding
+) -> _Choice | None:
+    """The corners at a slower speed than was measured, or in a gap of slow speeds, since every motion passes through
+    it; None if all are measured or may be above the device's range."""
+    lowest, gap = missing.figure("lowest_mps"), missing.figure("below_mps") is not None
     keep = float(aim.conditions.as_stated(np.array(lowest)).round(_DECIMALS))  # plans state speeds to command
     states = at_speeds(aim.place_range.grid(2), np.array([round(_SLOWER * keep, 2)]))[: aim.batch]
     ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
@@ -503,7 +506,7 @@ def _slow_impacts(aim: _Aim, now: NextMeasurements, force_map: ForceMap, seen: S
     states = states[ladder.allows(states)] if len(states) else states
     if not len(states):
         return None
-    stated, lower = aim.conditions.slowest > 0, lowest < _PLANNED_FROM
+    stated, lower = aim.conditions.slowest > 0 or gap, lowest < _PLANNED_FROM
     figures = {"slowest_mps": None if stated or lower else keep, "lower": None if stated or not lower else True}
     why = Finding.of(FindingKind.SLOW_PLANNED, **figures)
     now = replace(now, reasons=(why,), expected_speed=math.nan)
