@@ -25,6 +25,16 @@ PLACES = np.unique(GRID[:, :2], axis=0)[[0, 6, 12, 18, 24]]
 PLACES_3 = np.unique(GRID[:, :2], axis=0)[[0, 2, 4, 10, 12, 14, 20, 22, 24]]
 
 
+def with_scatter(at, conditions, slow_as=0.0):
+    """Impacts at (d, h, v), shape (n, 3), of the printed force, of slower ones as at a speed [m/s], with scatter."""
+    force = printed_force("ur10e", *at[:, :2].T, np.maximum(at[:, 2], slow_as))
+    return fm.ImpactDataset.from_arrays(
+        distance=at[:, 0], height=at[:, 1], speed=at[:, 2], conditions=conditions,
+        peak_force=force * np.exp(np.random.default_rng(3).normal(0, 0.02, len(at))),
+        state=[f"s{i}" for i in range(len(at))], phase2_force=np.full(len(at), 20.0),
+    )  # fmt: skip
+
+
 def impacts(ratios, slowest=SLOWEST, censored=(), role="train", pressures=False, speeds=(SLOW,)):
     """The full grid, and slow impacts at five places: their force is a ratio of the printed one at 0.2 m/s."""
     rng = np.random.default_rng(5)
@@ -539,12 +549,7 @@ def test_slow_impacts_that_next_plans_are_those_that_it_asks_for_whatever_the_sp
     at = np.column_stack([plan.distance, plan.height, plan.speed])
     asked = []
     for _ in range(4):
-        force = printed_force("ur10e", *at[:, :2].T, np.maximum(at[:, 2], 0.2))
-        force *= np.exp(np.random.default_rng(3).normal(0, 0.02, len(at)))
-        dataset = fm.ImpactDataset.from_arrays(
-            distance=at[:, 0], height=at[:, 1], speed=at[:, 2], peak_force=force, conditions=conditions,
-            state=[f"s{i}" for i in range(len(at))], phase2_force=np.full(len(at), 20.0),
-        )  # fmt: skip
+        dataset = with_scatter(at, conditions, slow_as=0.2)
         found = slow_impacts_missing(fm.fit_force_map(dataset))
         if found is None:
             break
@@ -570,11 +575,7 @@ def test_a_gap_between_fitted_slow_speeds_is_said_first_and_next_fills_it(speeds
     at = np.column_stack([np.repeat(PLACES_3, len(speeds), axis=0), np.tile(speeds, len(PLACES_3))])
     asked, conditions = [], fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down")
     for _ in range(5):
-        force = printed_force("ur10e", *at.T) * np.exp(np.random.default_rng(3).normal(0, 0.02, len(at)))
-        dataset = fm.ImpactDataset.from_arrays(
-            distance=at[:, 0], height=at[:, 1], speed=at[:, 2], peak_force=force, conditions=conditions,
-            state=[f"s{i}" for i in range(len(at))], phase2_force=np.full(len(at), 20.0),
-        )  # fmt: skip
+        dataset = with_scatter(at, conditions)
         found = slow_impacts_missing(fm.fit_force_map(dataset))
         if found is None:
             break

@@ -149,8 +149,8 @@ class Atlas:
             if shared := [name for digest, name in of[one].items() if digest in of[other]]:
                 raise InputError(
                     f"{len(shared)} recordings of {one} are those of {other}, too (the first: {shared[0]}); "
-                    "a recording was made in one of them: take them out of the other, and collect it (of simulated ones: "
-                    "simulate one of them with another --seed)",
+                    "a recording was made in one of them: take them out of the other, and collect it (of simulated "
+                    "ones: simulate one of them with another --seed)",
                     file=self.source or None,
                 )
         fitted = [(each.name, each.force_map.fit) for each in self.maps if each.force_map and each.force_map.fit]
