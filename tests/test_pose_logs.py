@@ -181,7 +181,11 @@ RTDE = "t;X;Y;Z;{}\n"
         ("speed_scaling", (0.0, 1.0, 1.0, 1.0), None),  # it stands
         ("Override [%]", (100, 100, 100, 100), None),
         ("speed_scaling", (1.02, 1.02, 1.02, 1.02), None),
-        *[(name, (25, 25, 25, 25), 0.25) for name in ("ovr", "OV")],
+        *[(name, (25, 25, 25, 25), 0.25) for name in ("ovr", "OV", "spd_ovrd", "Geschw. %", "Vitesse %")],
+        *[(name, (100, 100, 100, 100), None) for name in ("OVRD", "ROB_OV", "Geschw. %", "Vitesse %", "override")],
+        *[(name, (1, 1, 1, 1), "not told") for name in ("acceleration_scaling_factor", "Override enabled")],
+        *[(name, (100, 100, 100, 100), "not told") for name in ("jog_override", "override_max", "force_override")],
+        ("override", (500, 500, 500, 500), "not told"),  # per mille, or whatever it is
         *[(name, (3, 3, 3, 3), "not told") for name in ("joint_speed_ratio_limit", "feed rate [mm/s]", "safety_mode")],
         ("current", (0.4, 0.4, 0.4, 0.4), "not told"),
         ("Override", ("ON", "ON", "ON", "ON"), "not told"),

@@ -511,13 +511,16 @@ def test_a_release_of_a_point_says_first_that_it_is_held_and_what_it_holds_for(b
     assert page.index('</h3> <p class="refused"><strong>TRANSIENT LIMIT FOR A BODY PART THAT CANNOT GIVE WAY') > 0
 
 
-def collected_on_measurements(folder):
-    """Collect a campaign whose only contact point rests on three impacts of its own."""
+def collected_on_measurements(folder, at="0.2", force=140.0):
+    """Collect a campaign whose only contact point rests on three impacts of its own, made at a speed."""
     (folder / "points").mkdir()
     for repeat in range(3):
-        save(folder / "points" / f"P1-{repeat}.csv", *pulse(140.0 + repeat, rate=1000.0, seed=70 + repeat))
+        save(
+            folder / "points" / f"P1-{repeat}.csv",
+            *pulse(force + repeat, rate=1000.0, seed=len(folder.name) + 70 + repeat),
+        )
     header, first, _ = (folder / "contact_points.csv").read_text().splitlines()
-    rests = first.replace(",map,", ",measurements,") + ",points/P1-*,0.2"
+    rests = first.replace(",map,", ",measurements,") + f",points/P1-*,{at}"
     (folder / "contact_points.csv").write_text(f"{header},recordings,recorded_at_mps\n{rests}\n")
     fm.build_dataset(fm.read_campaign(folder))
 
@@ -850,17 +853,20 @@ def test_later_impacts_of_a_cell_above_the_limit_at_a_released_speed_end_a_relea
     force_map, bound = fm.fit_force_map(fm.read_dataset(west)), fm.ToleranceBound(device_error=3.0)
     table = fm.robot_table(force_map, limits=[chest], bound=bound)
     assert table.speed_mmps.tolist() == speeds["speed_mmps"]
-    made = fm.read_dataset(east)
-    permitted = np.array([table.speed(d, 0.0, h) for d, h in zip(made.distance, made.height, strict=True)])
-    force = np.fmax(made.peak_force, made.phase2_force)
-    above = int(
-        np.sum((made.stated_speed <= permitted) & (force > fm.force_limit("chest").force(fm.Contact.TRANSIENT)))
-    )
+    made, beside = fm.read_dataset(east), np.linspace(-0.02, 0.02, 9)  # the robot may be there, too
+    permitted = np.array([max(table.speed(d + i, 0.0, h + j) for i in beside for j in beside)
+                          for d, h in zip(made.distance, made.height, strict=True)])  # fmt: skip
+    force, limit = np.fmax(made.peak_force, made.phase2_force), fm.force_limit("chest").force(fm.Contact.TRANSIENT)
+    above = int(np.sum((permitted > 0) & (made.stated_speed <= permitted + 0.01) & (force > limit)))
     assert (above > 0) is (factor > 1)
     standing = asked("state", "cell-1")[1]["releases"][0]
     assert standing["in_force"] is not ends
     assert any(words.startswith(f"{above} impacts of the cell that were entered since exceed") for words in
                standing["why_not"]) is ends  # fmt: skip
+    since = "CAMPAIGNS OF THIS CELL WERE ENTERED SINCE: east."
+    if not ends:
+        assert standing["speeds"]["warnings"][0].startswith(since) is (day == TODAY)
+        assert any(since in words for due in asked("due")[1]["due"] for words in due["findings"]) is (day == TODAY)
     if ends:
         assert released(asked, west) == 2  # a person may know that they are of another tool: said first from then on
         newest = asked("state", "cell-1")[1]["releases"][0]
@@ -881,6 +887,49 @@ def test_later_impacts_at_a_contact_point_above_its_limit_at_its_released_speed_
     code, answer = asked("release", "cell-1", west, "--point", "P1", "--valid-until", UNTIL)
     assert code == 0, answer
     asked("enter", harder(measured, tmp_path / "east", 4.0, TODAY, near))
+    assert (in_force(asked) == []) is ends
+
+
+def test_impacts_at_the_edge_of_the_range_end_a_release_and_none_are_entered_without_their_places(
+    register, measured, tmp_path, asked
+):
+    """A robot that is programmed to the edge of the last zone may be where the range ends."""
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", west)
+    assert released(asked, west) == 1
+    edge = harder(measured, tmp_path / "edge", 4.0, TODAY, (0.86, 0.46))
+    (edge / "impacts.csv").rename(tmp_path / "impacts.csv")
+    assert "there is no impacts.csv" in asked("enter", edge)[1]["error"]["message"]
+    assert in_force(asked) == [1]
+    (tmp_path / "impacts.csv").rename(edge / "impacts.csv")
+    asked("enter", edge)
+    assert in_force(asked) == []
+
+
+@pytest.mark.parametrize(
+    ("force", "at", "ends"), [(395.0, "0.2", True), (395.0, "", True), (395.0, "0.5", False), (140.0, "0.2", False)]
+)
+def test_later_impacts_at_a_point_that_rests_on_its_own_end_its_release(
+    force, at, ends, register, measured, tmp_path, asked, forcemap
+):
+    """The point is told by its name, and an impact whose speed nobody stated counts as slow."""
+    west, later = (Path(shutil.copytree(measured, tmp_path / name)) for name in ("west", "later"))
+    for folder in (west, later):
+        (folder / "recordings.csv").unlink()
+        edit(folder / "campaign.toml", DAY, DAY if folder == west else TODAY)
+        rng = np.random.default_rng(len(folder.name))
+        for path in (folder / "recordings").iterdir():  # other recordings of the same plan, well below the limit
+            save(path, *pulse(50.0 + rng.uniform(0, 9), rate=1000.0, seed=int(rng.integers(1 << 30))))
+        collected_on_measurements(
+            folder, at=at if folder == later else "0.2", force=force if folder == later else 140.0
+        )
+        if folder == west:
+            assert forcemap("report", folder, "--area", "chest")[0] == 0
+            asked("enter", folder)
+            code, answer = asked("release", "cell-1", folder, "--point", "P1", "--valid-until", UNTIL)
+            assert code == 0, answer
+    entered = asked("enter", later)[1]["entered"][0]
+    assert entered["releases"] == [1]
     assert (in_force(asked) == []) is ends
 
 

@@ -9,6 +9,7 @@ from pydantic import Field
 from forcemap.answers.answer import AllSaid, Answer, Words
 from forcemap.direction import WIDEST_ANGLE
 from forcemap.errors import few
+from forcemap.words import sentence
 
 _NAMED = 3
 """Releases that the standing of a cell names."""
@@ -171,6 +172,8 @@ class ReleaseAnswer(Answer):
         speeds = {"warnings": [WARNINGS_NOT_KEPT], **release.speeds} if release.in_force else None
         if speeds is not None and "points_not_permitted" not in speeds and WARNINGS_NOT_KEPT not in speeds["warnings"]:
             speeds["warnings"] = [POINTS_NOT_KEPT, *speeds["warnings"]]
+        if speeds is not None and release.not_compared:
+            speeds["warnings"] = [sentence(release.not_compared), *speeds["warnings"]]
         also = {name: getattr(release, name) for name in cls.model_fields if name not in ("speeds", "why_not")}
         return cls.model_validate({**also, "speeds": speeds, "why_not": release.failed})
 

@@ -449,7 +449,7 @@ def _verdict(answer: PathAnswer) -> str:
 def _by_mean(answer: PathAnswer) -> str:
     """Where a timed path is too fast by its means already: what else is too fast, rows closer in time may clear."""
     by_mean = answer.too_fast_by_mean_length_m
-    if by_mean is None or by_mean > 0.999 * answer.too_fast_length_m:
+    if by_mean is None or _share(by_mean, answer) == _share(answer.too_fast_length_m, answer):  # more rows clear none
         return ""
     where = f"on {_share(by_mean, answer)} of the path" if by_mean else "nowhere"
     return (

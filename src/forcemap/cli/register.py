@@ -148,8 +148,9 @@ def enter(
                 f"{counted(len(each.releases), 'release')} of the cell ({', '.join(map(str, each.releases[:_FEW]))})"
             )
             lines.append(
-                f"  {which} rest on other impacts, and end by these only where they exceed the limit at a speed "
-                "that is released there: forcemap evaluate FOLDER --against THIS says whether their map still holds"
+                f"  {which} rest on other impacts, and end by these where they exceed the limit at a speed that is "
+                "released there; whether their map holds beside the others is not compared: forcemap evaluate "
+                f"{each.folder} --against THEIR-FOLDER"
             )
         lines += [_fact_words(fact) for fact in each.facts]
         lines += _shared(each.also_of)

@@ -455,7 +455,9 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
         name = f"{part.limit.name} {part.contact}"
         if part.confirmed and not part.not_released:
             low, high = fm.floor_speed(part.slowest_to_program), fm.floor_speed(part.fastest_to_program)
-            parts.append(f"{name}: program {low} to {high} m/s, at its places, between them and at the edge")
+            at_places = " to ".join(f"{fm.floor_speed(speed)}" for speed in part.of_table)
+            between = f" ({at_places} at its places)" if at_places != f"{low} to {high}" else ""
+            parts.append(f"{name}: program {low} to {high} m/s, at its places, between them and at the edge{between}")
         else:
             without.append(name)
     parts += [f"NO SPEED for {', '.join(without)}"] if without else []

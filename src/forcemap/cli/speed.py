@@ -310,7 +310,8 @@ def fastest_line(answer: SpeedMapAnswer) -> str:
     where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
     return (
         f"{len(program)} of {counted(len(answer.places), 'place')} ({share} %) have a speed to program, place by place "
-        f"{slowest} m/s to {where}; one speed for all of them: {slowest} m/s"
+        f"{slowest} m/s to {where}; one speed for all of them: {slowest} m/s (between them it may be less: "
+        "forcemap report, export)"
     )
 
 

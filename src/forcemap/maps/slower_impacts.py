@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import Quantity, States, StateTolerance
-from forcemap.campaigns.state import places
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
@@ -24,6 +23,7 @@ SLOW = 0.1
 steps down from 0.2 m/s. A choice, tried in the virtual lab (docs/validity.md)."""
 
 _STEP = 0.65  # least ratio of one slow speed to the next faster one: as `next` plans them, rounded; a choice
+_SPREAD = 0.5  # share of the measured range that slow impacts span in distance and in height; a choice
 _ROUNDING = 1e-9  # of a speed [m/s]
 
 
@@ -81,6 +81,8 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
         most=float(ratio[i]),
         force_N=float(np.fmax(slower.highest, slower.at_least)[i]),
         speed_mps=float(slower.speed[i]),
+        distance_m=float(slower.distance[i]),
+        height_m=float(slower.height[i]),
         lowest_mps=float(force_map.measured_range.lowest[2]),
         error=force_map.conditions.speed_error > 0 or None,
     )
@@ -90,13 +92,15 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     """That a map of the force, with the slower impacts beside it, tells of no speeds as low as SLOW; None otherwise.
 
     Test states tell nothing: none widens the bound. Fitted states and slower impacts (map.slowest_mps) tell of slower
-    motion at SLOW_PLACES places and more, down to a gap, as between 0.1 and 0.2 m/s: the most may lie in it.
+    motion at SLOW_PLACES places and more, spread over the range, down to a gap, as between 0.1 and 0.2 m/s: the most
+    may lie in it.
     """
     if force_map.quantity is not Quantity.FORCE:
         return None
-    states = (force_map.fit.states, force_map.slower) if force_map.fit else ()
-    speed = np.concatenate([[force_map.measured_range.lowest[2]], *(each.speed for each in states)])
-    lowest = _lowest_without_gap(states) if states else float(speed[0])
+    measured = force_map.fit.states.and_(force_map.slower) if force_map.fit else None
+    speed = force_map.measured_range.lowest[2:] if measured is None else measured.speed
+    extent = force_map.measured_range.highest - force_map.measured_range.lowest
+    lowest = float(speed[0]) if measured is None else _lowest_without_gap(measured, _SPREAD * extent[:2])
     if lowest < SLOW + StateTolerance().speed - _ROUNDING:
         return None
     stated = float(force_map.conditions.as_stated(np.array(lowest)))
@@ -105,16 +109,24 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     return Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=lowest, **figures)
 
 
-def _lowest_without_gap(measured: tuple[States, ...]) -> float:
-    """How far down speeds [m/s] go from twice SLOW, each at SLOW_PLACES places within a step of the next faster one."""
-    distance, height, speed = np.concatenate([each.coordinates for each in measured]).T
-    place, lowest = places(distance, height), float(np.min(speed[speed >= 2 * SLOW], initial=speed.max()))
+def _lowest_without_gap(measured: States, spread: FloatArray) -> float:
+    """How far down speeds [m/s] go from twice SLOW, each within a step of the next faster one.
+
+    So slow, or slower within that step, were states at SLOW_PLACES places that lie `spread` apart in distance and in
+    height [m].
+    """
+    at, place, speed = measured.coordinates[:, :2], measured.place, measured.speed
+
+    def tells(below: Mask) -> bool:
+        return len({*place[below].tolist()}) >= SLOW_PLACES and bool(np.all(np.ptp(at[below], axis=0) >= spread))
+
+    lowest = float(np.min(speed[speed >= 2 * SLOW], initial=speed.max()))
     while True:
         near = (speed >= _STEP * lowest - _ROUNDING) & (speed < lowest)
-        slowest = sorted(speed[near & (place == each)].min() for each in np.unique(place[near]))
-        if len(slowest) < SLOW_PLACES:
+        slower = [each for each in np.unique(speed[near]).tolist() if tells(near & (speed <= each))]
+        if not slower:
             return lowest
-        lowest = float(slowest[SLOW_PLACES - 1])
+        lowest = slower[0]
 
 
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:

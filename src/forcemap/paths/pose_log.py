@@ -37,12 +37,13 @@ _SPEEDS = (
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _OVERRIDE = re.compile(
-    r"override|ov_pro|^\s*ovr?\s*$|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
-    r"(speed|vel(ocity)?|geschwindigkeit|tempo|ovr|(?<![a-z])v)[\s_.(\[-]*"
+    r"override|ov_pro|(?<![a-z])ov(rd?)?(?![a-z])|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
+    r"(speed|vel(ocity)?|geschw(indigkeit)?|tempo|vitesse|ovrd?|(?<![a-z])v)[\s_.(\[-]*"
     r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
     re.IGNORECASE,
 )
 _NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, what it may be
+_NOT_OF_SPEED = re.compile(r"acc|force|torque|jog|max|min|limit|enable|status|active", re.IGNORECASE)
 _PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
 _MOST_SHARE = 1.1  # greater numbers are percent
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
@@ -99,10 +100,11 @@ def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
         moving = [share for cell in numbers if (share := float(cell.replace(layout.decimal, "."))) > 0]
         percent = _PERCENT.search(layout.names[column] + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
         full = 100.0 if percent else 1.0
-        told |= bool(moving)
+        whole = bool(moving) and _FULL * full <= min(moving) and max(moving) <= _MOST_SHARE * full
+        told |= whole and not _NOT_OF_SPEED.search(layout.names[column])
         if moving and min(moving) < _FULL * full:
             lowest[layout.names[column]] = min(moving) / full
-    if not told:
+    if not (told or lowest):
         yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD)
     if lowest:
         yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))

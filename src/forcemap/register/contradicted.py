@@ -10,31 +10,36 @@ from typing import Any
 import numpy as np
 from sqlalchemy import ColumnElement, Connection, func, select
 
+from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.findings import Finding, FindingKind
+from forcemap.register.enter import same_campaign
 from forcemap.register.tables import CAMPAIGNS, IMPACTS, RELEASES, USES
+from forcemap.speeds.allowance import Allowance
 
-_ROUNDING = 1e-9  # of a speed [m/s]
+_CELL = CAMPAIGNS.c.cell_id == RELEASES.c.cell_id
+_NOT_COUNTED = [str(use) for use in (Use.EXCLUDED, Use.DISCARDED, Use.UNREADABLE)]
+_ANY = IMPACTS.c.whole.in_((0, 1)) & IMPACTS.c.use.not_in(_NOT_COUNTED)  # the index begins with the first column
+_OVERSHOOT = Allowance().speed + 1e-9  # with what rounding leaves of a speed [m/s]
+POINT = "point "
+"""With which the subject of a contact point's release begins."""
+
 _FIGURES = ("distance_m", "height_m", "speed_mps", "peak_force_N", "phase2_force_N", "largest_N", "state_id")
 _OF_IMPACT = (*(IMPACTS.c[name] for name in _FIGURES), CAMPAIGNS.c.name)
 
 
 def contradicted_since(connection: Connection, *which: ColumnElement[bool]) -> dict[int, Finding]:
     """What impacts that were entered after releases, and measured no earlier, say against them, by the release."""
-    query = select(RELEASES.c.id, RELEASES.c.limit_N, RELEASES.c.speeds, *_OF_IMPACT).join_from(
-        RELEASES, CAMPAIGNS, _cell
-    )
-    query = query.join(IMPACTS, IMPACTS.c.campaign_id == CAMPAIGNS.c.id).where(
-        IMPACTS.c.largest_N > RELEASES.c.limit_N, IMPACTS.c.entry > RELEASES.c.entry, *which
-    )
+    query = select(RELEASES.c.id, *_OF_IMPACT).join_from(RELEASES, CAMPAIGNS, _CELL)
+    query = query.join(IMPACTS, IMPACTS.c.campaign_id == CAMPAIGNS.c.id + 0)  # + 0: campaigns first, then their impacts
     since = func.coalesce(CAMPAIGNS.c.measured_on, "9") >= func.coalesce(RELEASES.c.measured_from, "")
-    rows = connection.execute(query.where(since).order_by(RELEASES.c.id)).all()
-    found = {}
-    for number, of_release in groupby(rows, key=lambda row: row.id):
-        impacts = list(of_release)
-        speeds, limit = json.loads(impacts[0].speeds), impacts[0].limit_N
-        if said := _above(FindingKind.RELEASE_CONTRADICTED, speeds, limit, impacts):
-            found[number] = said
+    later = (CAMPAIGNS.c.entry > RELEASES.c.entry) & since & _ANY & (IMPACTS.c.largest_N > RELEASES.c.limit_N)
+    rows = connection.execute(query.where(later, *which).order_by(RELEASES.c.id)).all()
+    found: dict[int, Finding] = {}
+    for number, above in groupby(rows, key=lambda row: row.id):
+        of = connection.execute(select(RELEASES).where(RELEASES.c.id == number)).mappings().one()
+        said = _above(FindingKind.RELEASE_CONTRADICTED, dict(of), above)
+        found |= {number: said} if said else {}
     return found
 
 
@@ -50,23 +55,36 @@ def contradicts(connection: Connection, values: Mapping[str, Any]) -> Finding | 
     since = func.coalesce(CAMPAIGNS.c.measured_on, "9") >= (values["measured_from"] or "")
     query = select(*_OF_IMPACT).join_from(IMPACTS, CAMPAIGNS).where(CAMPAIGNS.c.cell_id == values["cell_id"], since)
     own = select(IMPACTS.c.recording_id).join(USES).where(USES.c.campaign_id == values["campaign_id"])
-    query = query.where(IMPACTS.c.largest_N > values["limit_N"], IMPACTS.c.recording_id.not_in(own))
-    rows, speeds = connection.execute(query).all(), json.loads(values["speeds"])
-    return _above(FindingKind.RELEASED_CONTRADICTED, speeds, values["limit_N"], rows)
+    query = query.where(_ANY, IMPACTS.c.largest_N > values["limit_N"], IMPACTS.c.recording_id.not_in(own))
+    return _above(FindingKind.RELEASED_CONTRADICTED, values, connection.execute(query))
 
 
-_cell = CAMPAIGNS.c.cell_id == RELEASES.c.cell_id
+def campaigns_since(connection: Connection, *which: ColumnElement[bool]) -> dict[int, tuple[str, ...]]:
+    """Other campaigns of their cells that were entered after releases, and measured no earlier, by the release."""
+    later = CAMPAIGNS.alias()
+    since = func.coalesce(later.c.measured_on, "9") >= func.coalesce(RELEASES.c.measured_from, "")
+    query = select(RELEASES.c.id, later.c.name).join_from(RELEASES, CAMPAIGNS, RELEASES.c.campaign_id == CAMPAIGNS.c.id)
+    query = query.join(later, later.c.cell_id == RELEASES.c.cell_id)
+    query = query.where((later.c.entry > RELEASES.c.entry) & since & ~same_campaign(later), *which)
+    found: dict[int, dict[str, None]] = {}
+    for number, name in connection.execute(query.order_by(later.c.id)):
+        found.setdefault(number, {})[name] = None
+    return {number: tuple(names) for number, names in found.items()}
 
 
-def _above(kind: FindingKind, speeds: Mapping[str, Any], limit: float, impacts: Iterable[Any]) -> Finding | None:
-    """The finding of the impacts that a release permits the speed of, by the one with the largest force."""
-    permitted = [(each, _force(each), _permitted(speeds, each.distance_m, each.height_m)) for each in impacts]
+def _above(kind: FindingKind, of: Mapping[str, Any], impacts: Iterable[Any]) -> Finding | None:
+    """The finding of the impacts that a release, `of` its columns, permits the speed of, by the largest force.
+
+    One whose speed is not known counts as slow.
+    """
+    speeds, limit = json.loads(of["speeds"]), of["limit_N"]
+    permitted = ((each, _force(each), _permitted(of["subject"], speeds, each)) for each in impacts)
     above = [
-        (each, force, speed) for each, force, speed in permitted if force > limit and (each.speed_mps or 9) <= speed
+        (each, force, to) for each, force, to in permitted if force > limit and to and (each.speed_mps or 0.0) <= to
     ]
     if not above:
         return None
-    worst, force, speed = max(above, key=lambda each: each[1])
+    worst, force, to = max(above, key=lambda each: each[1])
     return Finding.of(
         kind,
         impacts=len(above),
@@ -74,7 +92,7 @@ def _above(kind: FindingKind, speeds: Mapping[str, Any], limit: float, impacts: 
         state=worst.state_id,
         force_N=force,
         speed_mps=worst.speed_mps,
-        permitted_mps=round(speed, 3),
+        permitted_mps=round(to - _OVERSHOOT, 3),
         limit_N=limit,
     )
 
@@ -85,19 +103,24 @@ def _force(impact: Any) -> float:
     return float(max((force for force in phases if force is not None), default=impact.largest_N))
 
 
-def _permitted(speeds: Mapping[str, Any], distance: float | None, height: float | None) -> float:
-    """The speed to program that a release permits at a place [m/s]; 0 if it permits none, or the place is not known."""
-    if distance is None or height is None:
+def _permitted(subject: str, speeds: Mapping[str, Any], impact: Any) -> float:
+    """The speed at contact that a release permits where an impact was made [m/s]; 0 if it permits none there.
+
+    Within PLACE_SIZE of a zone or point the robot may be there. An impact at a contact point has the point's name.
+    """
+    if subject == f"{POINT}{impact.state_id}":
+        return float(speeds["highest_to_program_mps"]) + _OVERSHOOT
+    if impact.distance_m is None or impact.height_m is None:
         return 0.0
-    place = np.array([distance, height])
+    place = np.array([impact.distance_m, impact.height_m])
     if "speed_mmps" in speeds:
-        axes = [np.array(speeds[f"{axis}_edges_m"]) for axis in ("distance", "height")]
-        if not all(edges[0] <= value <= edges[-1] for edges, value in zip(axes, place, strict=True)):
-            return 0.0
-        i, j = (min(int(np.searchsorted(e, v, "right")) - 1, e.size - 2) for e, v in zip(axes, place, strict=True))
-        return float(speeds["speed_mmps"][i][j]) / 1000 + _ROUNDING
-    if "distance_m" in speeds:
+        edges = [np.array(speeds[f"{axis}_edges_m"]) for axis in ("distance", "height")]
+        near = [(e[:-1] <= v + PLACE_SIZE) & (v - PLACE_SIZE <= e[1:]) for e, v in zip(edges, place, strict=True)]
+        fastest = float(np.max(np.array(speeds["speed_mmps"])[np.ix_(*near)], initial=0)) / 1000
+    elif "distance_m" in speeds:
         low, high = np.array([speeds["distance_m"], speeds["height_m"]]).T
-        near = np.all((place >= low - PLACE_SIZE) & (place <= high + PLACE_SIZE))
-        return float(speeds["highest_to_program_mps"]) + _ROUNDING if near else 0.0
-    return 0.0
+        beside = np.any((place < low - PLACE_SIZE) | (place > high + PLACE_SIZE))
+        fastest = 0.0 if beside else float(speeds["highest_to_program_mps"])
+    else:
+        return 0.0
+    return fastest + _OVERSHOOT if fastest else 0.0

@@ -44,6 +44,8 @@ def what_is_due(register: Register, *, within: int = DUE_WITHIN) -> tuple[Due, .
                 found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_UNCONFIRMED),)))
             if release.simulated:
                 found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_SIMULATED),)))
+            if release.not_compared:
+                found.append(Due(state.cell, release.release, (release.not_compared,)))
             if points := release.points_refused:
                 beside = Finding.of(FindingKind.RELEASE_POINTS_REFUSED, points=", ".join(points))
                 found.append(Due(state.cell, release.release, (beside,)))

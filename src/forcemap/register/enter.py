@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 from sqlalchemy import ColumnElement, Connection, FromClause, Row, func, or_, select
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, normalised
+from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.recordings_table import Use
 from forcemap.errors import CampaignFileError, InputError, RegisterError, nearest_names, one_line
 from forcemap.files import stated_date
 from forcemap.register.audit import Action, Head, head, stated
@@ -113,6 +115,11 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", new: bool =
         The register does not know the cell, or the database refuses it; then nothing of it was entered.
     """
     content = read_content(folder)
+    if content.dataset is None and any(entry.use is Use.USED for entry in content.campaign.entries):
+        raise CampaignFileError(
+            f"there is no {TABLE_FILE}, and where its impacts were made is not known; run forcemap collect",
+            file=str(content.folder),
+        )
     protocol = content.protocol
     site, name = split(cell) if cell else (protocol.site, protocol.cell)
     if cell and protocol.cell and (name != protocol.cell or protocol.site not in ("", site or protocol.site)):

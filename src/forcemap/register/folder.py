@@ -13,7 +13,7 @@ from forcemap.assessment.folder import campaign_inputs, campaign_limit_table, in
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE
-from forcemap.campaigns.point_list import POINT_REGISTER
+from forcemap.campaigns.point_list import POINT_REGISTER, names_file
 from forcemap.campaigns.point_recordings import point_files, point_recordings
 from forcemap.campaigns.protocol import Protocol, read_protocol
 from forcemap.campaigns.recordings_table import MEASURED_ON, Entry, Use, read_register
@@ -144,8 +144,18 @@ class CampaignContent:
         for file in point_recordings(self.folder):
             assert file.entry is not None  # `_require_collected`
             shown = file.shown or ((file.entry, False),)
-            found += [(entry, _values(entry, whole)) for entry, whole in shown]
+            at = self._point_of(file.name)
+            found += [(entry, _values(entry, whole) | at) for entry, whole in shown]
         return found
+
+    def _point_of(self, file: str) -> dict[str, Any]:
+        """Name, place, if it is one, and stated speed of the contact point that names a file in points/; as columns."""
+        named = (p for p in self.points if names_file([pattern.casefold() for pattern in p.recordings], file))
+        if (point := next(named, None)) is None:
+            return {}
+        at = {"distance_m": point.distance, "height_m": point.height} if point.placed and not point.extent else {}
+        figures = {name: _figure(value) for name, value in (at | {"speed_mps": point.recorded_at}).items()}
+        return {"state_id": point.name, **figures}
 
 
 def read_content(folder: str | Path) -> CampaignContent:

@@ -112,10 +112,8 @@ def failed(
     Parameters
     ----------
     release : Released
-    facts : sequence of Fact
-        Those of its cell.
-    withdrawals : sequence of Withdrawal
-        Those of this release.
+    facts, withdrawals : sequence of Fact, of Withdrawal
+        Those of its cell; those of this release.
     replaced_by : int or None
         Number of the release that replaces it.
     entered_again : str or None
@@ -137,7 +135,6 @@ def failed(
     if entered_elsewhere is not None:
         *cell, at = entered_elsewhere
         found.append(of(kind.RELEASE_ENTERED_ELSEWHERE, cell="/".join(filter(None, cell)), at=at[:10]))
-    found += [contradicted] if contradicted else []
     if not release.at or release.at > now:
         found.append(of(kind.RELEASE_AHEAD, at=release.at))
     if not release.valid_until:
@@ -152,7 +149,7 @@ def failed(
     found += _uncalibrated(release)
     springs = [math.nan if spring is None else spring for spring in (release.area_spring, release.device_spring)]
     unsuited = device_suitability(release.areas, *springs).refusal
-    return (*found, *([unsuited] if unsuited else []))
+    return (*found, *filter(None, (contradicted, unsuited)))
 
 
 def order(fact: Fact) -> tuple[str, int]:

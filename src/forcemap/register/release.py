@@ -27,7 +27,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
-from forcemap.register.contradicted import contradicted_since, contradicts
+from forcemap.register.contradicted import POINT, contradicted_since, contradicts
 from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell, same_campaign
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import DEVICE, Fact, Released, failed
@@ -37,7 +37,6 @@ from forcemap.speeds.quantities import cases_of
 from forcemap.words import assumptions, sentence, sentences, warnings
 
 _MADE_FOR = (FindingKind.DIRECTION, FindingKind.CONTACT_SITE, FindingKind.TOOL, FindingKind.SAFETY_SETTINGS)
-_POINT = "point "  # with which the subject of a contact point's release begins
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
 
 
@@ -79,6 +78,11 @@ class _Speeds:
     speeds: dict[str, Any]
     map_sha256: str | None
     form: str
+
+    @property
+    def as_json(self) -> str:
+        """The speeds as the register keeps them."""
+        return json.dumps(self.speeds, sort_keys=True)
 
 
 def release(
@@ -148,21 +152,13 @@ def release(
         number, cell = require_cell(connection, cell)
         action = Action(register, connection, person)
         facts = facts_of(connection, number)
-        others, kind = _others_since(content, facts), FindingKind
-        before = entered_before(connection, content, number)
-        doubts = [Finding.of(kind.RELEASED_ENTERED_BEFORE, changes=before)] if before else []
-        doubts += [Finding.of(kind.RELEASED_CHANGED_BACK, conditions=others)] if others else []
-        said = sentences(doubts)
-        found = replace(found, speeds=found.speeds | {"warnings": [*said, *found.speeds["warnings"]]})
+        found = _said_first(found, _doubts(connection, content, number, facts))
         of_points = refused if content.points else _refused_before(connection, number)
-        found = _beside_points(found, of_points, listed=bool(content.points))
-        made_for = sentences(each for each in content.campaign.conditions.findings if each.kind in _MADE_FOR)
-        found = replace(found, speeds=found.speeds | {"measured_for": "; ".join(made_for)})
+        found = _measured_for(_beside_points(found, of_points, listed=bool(content.points)), content)
         values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
         if against := contradicts(connection, values):
-            first = found.speeds | {"warnings": [sentence(against), *found.speeds["warnings"]]}
-            values["speeds"] = json.dumps(first, sort_keys=True)
+            values["speeds"] = _said_first(found, [against]).as_json
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
         earlier = _before(connection, values)
 
@@ -185,6 +181,13 @@ def _since(connection: Connection, release: int) -> dict[str, Any]:
     which = RELEASES.c.id == release
     again, contradicted = entered_again(connection, which), contradicted_since(connection, which)
     return {"entered_again": again.get(release), "contradicted": contradicted.get(release)}
+
+
+def _doubts(connection: Connection, content: CampaignContent, cell: int, facts: Sequence[Fact]) -> list[Finding]:
+    """That recordings were entered before under other conditions, or that these were others after the measurements."""
+    before, others = entered_before(connection, content, cell), _others_since(content, facts)
+    doubts = [Finding.of(FindingKind.RELEASED_ENTERED_BEFORE, changes=before)] if before else []
+    return doubts + ([Finding.of(FindingKind.RELEASED_CHANGED_BACK, conditions=others)] if others else [])
 
 
 def _others_since(content: CampaignContent, facts: Sequence[Fact]) -> tuple[str, ...]:
@@ -295,6 +298,17 @@ def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Spee
     return _Speeds(subject, limits, str(bound), speeds, fm.map_sha256(force_map), force_map.form.name)
 
 
+def _measured_for(found: _Speeds, content: CampaignContent) -> _Speeds:
+    """The same speeds, which say what was measured."""
+    of = sentences(each for each in content.campaign.conditions.findings if each.kind in _MADE_FOR)
+    return replace(found, speeds=found.speeds | {"measured_for": "; ".join(of)})
+
+
+def _said_first(found: _Speeds, doubts: Sequence[Finding]) -> _Speeds:
+    """The same speeds, which say doubts before all others."""
+    return replace(found, speeds=found.speeds | {"warnings": [*sentences(doubts), *found.speeds["warnings"]]})
+
+
 def _beside_points(found: _Speeds, refused: Sequence[str], *, listed: bool) -> _Speeds:
     """The same speeds, which say first which contact points are not permitted, and name them apart.
 
@@ -302,8 +316,8 @@ def _beside_points(found: _Speeds, refused: Sequence[str], *, listed: bool) -> _
     """
     figures = {"points": ", ".join(refused), "earlier": None if listed else True}
     said = [Finding.of(FindingKind.RELEASED_BESIDE_POINTS, **figures)] if refused else []
-    first = {"warnings": [*sentences(said), *found.speeds["warnings"]], "points_not_permitted": list(refused)}
-    return replace(found, speeds=found.speeds | first)
+    found = _said_first(found, said)
+    return replace(found, speeds=found.speeds | {"points_not_permitted": list(refused)})
 
 
 def _of_point(content: CampaignContent, name: str) -> _Speeds:
@@ -348,7 +362,7 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     speeds["warnings"] = list(dict.fromkeys([*sentences(held), *speeds["warnings"], *sentences(doubts)]))
     along = [note for note in result.rests_on if note.kind is FindingKind.ALONG_ONLY]
     speeds |= {"holds_for": sentence(along[0])} if along else {}
-    return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest, form)
+    return _Speeds(f"{POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest, form)
 
 
 def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, Any]:
@@ -424,7 +438,7 @@ def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, 
         "contact": ", ".join(sorted({str(contact) for _, contact in found.limits})),
         "limit_N": min(float(limit.force(contact)) for limit, contact in found.limits),
         "bound": found.bound,
-        "speeds": json.dumps(found.speeds, sort_keys=True),
+        "speeds": found.as_json,
         "map_sha256": found.map_sha256,
         "report_sha256": report,
         "conditions": json.dumps(content.conditions, ensure_ascii=False, sort_keys=True),
@@ -494,7 +508,7 @@ def _before(connection: Connection, values: dict[str, Any]) -> Any:
     A contact point is the same whatever its body area: there is one program there.
     """
     names = (
-        ("cell_id", "subject") if values["subject"].startswith(_POINT) else ("cell_id", "subject", "areas", "contact")
+        ("cell_id", "subject") if values["subject"].startswith(POINT) else ("cell_id", "subject", "areas", "contact")
     )
     slot = [RELEASES.c[name] == values[name] for name in names]
     latest = select(func.max(RELEASES.c.id)).where(*slot).scalar_subquery()

@@ -9,10 +9,11 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, select, union
 
+from forcemap.errors import few
 from forcemap.findings import Finding, FindingKind
 from forcemap.register.audit import head
 from forcemap.register.connection import Register
-from forcemap.register.contradicted import contradicted_since
+from forcemap.register.contradicted import campaigns_since, contradicted_since
 from forcemap.register.enter import current, facts_of, joined, require_cell
 from forcemap.register.in_force import KINDS, Fact, Withdrawal, failed
 from forcemap.register.release import entered_again, entered_elsewhere, released
@@ -47,6 +48,8 @@ class ReleaseState:
     replaces : int or None
         The release whose place it took.
     simulated : bool
+    since : tuple of str
+        Other campaigns of its cell that were entered since: whether its map holds beside them is not compared.
     failed : tuple of Finding
         Why it is not in force; empty if it is.
     """
@@ -67,12 +70,18 @@ class ReleaseState:
     conditions: Mapping[str, str | None]
     replaces: int | None
     simulated: bool
+    since: tuple[str, ...]
     failed: tuple[Finding, ...]
 
     @property
     def speeds(self) -> dict[str, Any]:
         """What was released, speeds in m/s to program."""
         return dict(json.loads(self.speeds_json))
+
+    @property
+    def not_compared(self) -> Finding | None:
+        """That other campaigns were entered since; None if none was."""
+        return Finding.of(FindingKind.RELEASE_NOT_COMPARED, campaigns=few(self.since)) if self.since else None
 
     @property
     def confirmed(self) -> bool | None:
@@ -195,6 +204,7 @@ def release_states(
     again = entered_again(connection, *which) if rows else {}
     elsewhere = entered_elsewhere(connection, *which) if rows else {}
     contradicted = contradicted_since(connection, *which) if rows else {}
+    since = campaigns_since(connection, *which) if rows else {}
     return [
         ReleaseState(
             release=row["id"],
@@ -204,6 +214,7 @@ def release_states(
             speeds_json=row["speeds"],
             conditions=json.loads(row["conditions"]),
             simulated=bool(row["simulated"]),
+            since=since.get(row["id"], ()),
             failed=failed(
                 released(row),
                 facts.get(row["cell_id"], ()),

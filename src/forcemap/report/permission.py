@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from forcemap.assessment.assess_campaign import AssessedPoints, CampaignAssessment
@@ -17,7 +18,7 @@ from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.protocol import Protocol
 from forcemap.direction import WIDEST_ANGLE
 from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.speeds.safe_speed import floor_speed
+from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.words import sentence
 
 _NO_CONTACT = "the standard permits no contact; keep the robot from reaching it"
@@ -40,7 +41,9 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
         return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
     program = _between(results.slowest_to_program, results.fastest_to_program)
     speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
+    at_places = _between(*results.of_table)
     speeds += ", there, between and at the edge" if results.fastest > results.slowest else ""
+    speeds += f"; {at_places} there alone" if at_places != program else ""
     off = results.to_program_off_axis
     other = f"{_between(off[0], off[-1])} at {len(off)} of them" if len(off) else "no speed"
     shown["off_axis"] = f"up to {WIDEST_ANGLE:g} degrees off the direction: {other}"
@@ -61,11 +64,28 @@ def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
             (near, far), (low, high) = (_outwards(*ends) for ends in results.open_box)
             places = f"{results.unconfirmed} of {line['places']} places and around them"
             where = places if results.unconfirmed else f"between the {line['places']} places"
-            where += f", all in d {near} to {far} m, h {low} to {high} m"
+            where += f", all in d {near} to {far} m, h {low} to {high} m{_begins(results)}"
             groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
     refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
     parts = refused * any(line["kind"] == "refused" for line in headlines)
     return parts + [f"{' and '.join(names)}: {where}" for where, names in groups.items()]
+
+
+def _begins(results: PlaceSpeeds) -> str:
+    """From which distance on each height has speeds, where that says more than a box, and they go on to the far end."""
+    if isinstance(results.speeds, Missing) or results.open_box is None:
+        return ""
+    (near, far), (low, high) = results.open_box
+    d, h, found = results.speeds.distance, results.speeds.height, results.speeds.speeds
+    given, outside = ~np.isnan(found.speed_to_program), found.to_program_outcome == SpeedOutcome.OUTSIDE
+    within = np.outer((d >= near) & (d <= far), (h >= low) & (h <= high))
+    first = np.where(given.any(axis=0), given.argmax(axis=0), d.size)
+    on = np.arange(d.size)[:, None] >= first
+    if 2 * np.sum(given & within) < np.sum(given) or not (given | outside)[on].all():
+        return ""
+    parts = [f"{d[i]:.2f} m (h {at:.2f} m)" for i, at in zip(first.tolist(), h.tolist(), strict=True) if i < d.size]
+    none = ", at other heights none" if (first == d.size).any() else ""
+    return f"; speeds from d {', '.join(reversed(parts))} on{none}"
 
 
 def _outwards(low: float, high: float) -> tuple[str, str]:
@@ -78,7 +98,7 @@ _ROUNDING = 1e-6  # of a figure in millimetres
 
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
     """The sentence that permits the speeds of a headline; empty where it permits none."""
-    return " ".join(_at_site([results], assessment))
+    return " ".join(_at_site([results], assessment, named=True))
 
 
 def permissions(assessment: CampaignAssessment) -> list[str]:
@@ -86,7 +106,7 @@ def permissions(assessment: CampaignAssessment) -> list[str]:
     return _at_site(assessment.speeds, assessment)
 
 
-def _at_site(found: Sequence[PlaceSpeeds], assessment: CampaignAssessment) -> list[str]:
+def _at_site(found: Sequence[PlaceSpeeds], assessment: CampaignAssessment, *, named: bool = False) -> list[str]:
     groups: dict[tuple[tuple[str, ...], str], list[str]] = {}
     for results in found:
         if headline(results)["kind"] != "refused":
@@ -96,7 +116,7 @@ def _at_site(found: Sequence[PlaceSpeeds], assessment: CampaignAssessment) -> li
     site = assessment.conditions.contact_site or "not stated"
     return [
         f"At contact site {site}: {'; '.join(within)}{', all' if len(within) > 1 else ''} of {edition}: "
-        f"{_of_map(confirmed_by)}; "
+        f"{_of_map(confirmed_by, named=named)}; "
         f"measured with {device_words(assessment.conditions)}; to be signed by {signer(assessment.protocol)}."
         for (confirmed_by, edition), within in groups.items()
     ]
@@ -223,8 +243,11 @@ def _state(result: PointResult) -> str:
     return f"confirmed by {_impacts(result.confirmed_by)}" if own else _of_map(result.confirmed_by)
 
 
-def _of_map(confirmed_by: tuple[str, ...]) -> str:
-    return f"permitted by the map, which {_impacts(confirmed_by)} confirm" if confirmed_by else BY_MAP_ALONE
+def _of_map(confirmed_by: tuple[str, ...], *, named: bool = False) -> str:
+    if not confirmed_by:
+        return BY_MAP_ALONE
+    which = _impacts(confirmed_by) if named else f"{len(confirmed_by)} impacts (named in section 11)"
+    return f"permitted by the map, which {which} confirm"
 
 
 def _impacts(confirmed_by: tuple[str, ...]) -> str:

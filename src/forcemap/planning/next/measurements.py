@@ -502,13 +502,14 @@ def _slow_impacts(
     keep = float(aim.conditions.as_stated(np.array(lowest)).round(_DECIMALS))  # plans state speeds to command
     states = at_speeds(aim.place_range.grid(2), np.array([round(_SLOWER * keep, 2)]))[: aim.batch]
     ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
-    states = states[no_repeats(states, seen.coordinates, aim.tolerance)]
-    states = states[ladder.allows(states)] if len(states) else states
+    wanted = states[no_repeats(states, seen.coordinates, aim.tolerance)]
+    states = wanted[ladder.allows(wanted)] if len(wanted) else wanted
     if not len(states):
         return None
+    left_out = len(wanted) - len(states) or None
     stated, lower = aim.conditions.slowest > 0 or gap, lowest < _PLANNED_FROM
     figures = {"slowest_mps": None if stated or lower else keep, "lower": None if stated or not lower else True}
-    why = Finding.of(FindingKind.SLOW_PLANNED, **figures)
+    why = Finding.of(FindingKind.SLOW_PLANNED, **figures, left_out=left_out, highest_N=aim.highest)
     now = replace(now, reasons=(why,), expected_speed=math.nan)
     return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
