@@ -105,16 +105,20 @@ def workplace(tmp_path, monkeypatch, demo):
 
 
 def perform(command):
-    """Run a command; whoever plans a campaign measures it, too, and says in which direction."""
+    """Run a command; whoever plans impacts measures them, too, says in which direction, and collects further ones."""
     code = run(shlex.split(command))
-    if command.startswith("plan "):
-        stated = Path(command.split()[1], "campaign.toml")
+    does, folder = command.split()[:2]
+    if does == "plan" or (does in ("next", "confirm") and Path(folder, "recordings").is_dir()):
+        stated = Path(folder, "campaign.toml")
         stated.write_text(stated.read_text().replace('# direction = ""', 'direction = "down"'))
-        plan = forcemap.read_plan(command.split()[1])
+        plan = forcemap.read_plan(folder)
         peaks = forcemap.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
         rng = np.random.default_rng(1)
         for name, peak in zip(plan.recording, peaks, strict=True):
-            write_recording(Path(command.split()[1], "recordings", f"{name}.csv"), peak * rng.normal(1, 0.01), rng)
+            force = peak * (rng.normal(1, 0.01) if does == "plan" else 0.99)
+            if not (recording := Path(folder, "recordings", f"{name}.csv")).exists():
+                write_recording(recording, force, rng)
+        assert does == "plan" or run(["collect", folder]) == 0
     return code
 
 

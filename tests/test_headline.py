@@ -100,7 +100,7 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     measure = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound)
     plan = measure.plan
     counted = f"{measure.confirmed} of {measure.places} places spread evenly over the range"
-    assert answer["sentence"].startswith("measure 4 slow states; every start and stop passes through slower motion")
+    assert answer["sentence"].startswith("measure 4 slow states; every start and stop passes through slow")
     assert f"{counted} to measure have a speed at contact now" in answer["sentence"]
     assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}

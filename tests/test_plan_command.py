@@ -382,7 +382,8 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
         place = ("--distance", 0.8, "--height", 0.4)
         answers = [ask("speed", measured, *place, *HAND)[1], ask("speed-map", measured, *HAND)[1]]
         texts = [answer["warnings"] + answer["assumptions"] for answer in answers]
-        return {line for text in texts for line in text if "onfirm" in line or "CONFIRM" in line}
+        lines = {line for text in texts for line in text if "onfirm" in line or "CONFIRM" in line}
+        return {line for line in lines if not line.startswith("SLOW IMPACTS ARE MISSING")}
 
     of = "NOT CONFIRMED YET for 280 N (transient) by impacts at the speeds that the map permits"
     assert said() == {f"{of}: planned runs without an impact: 4 of 6; release nothing yet (forcemap confirm)"}
@@ -417,7 +418,7 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     assert (
         flowing(forcemap("confirm", measured, *HAND)[1])
         .strip()
-        .endswith("Next: forcemap report and forcemap export, which say now that the map is confirmed")
+        .endswith("Else: forcemap report and forcemap export, which say now that the map is confirmed")
     )
     missed = 100 * (1 - whole["found_probability_bump"])
     found = f"which would have missed {missed:.0f} of 100 spots 80 mm wide with 25 % more force"
@@ -426,7 +427,7 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     doubts = {
         row["slowest_mps"]: row["warnings"] for row in ask("evaluate", measured, "--slowest", *HAND)[1]["from_speeds"]
     }
-    told = {speed: any("onfirm" in line or "CONFIRM" in line for line in each) for speed, each in doubts.items()}
+    told = {speed: any(line.upper().startswith("NOT CONFIRMED") for line in each) for speed, each in doubts.items()}
     assert told == {speed: speed > min(doubts) for speed in doubts}  # the first is this map, of all states
     other = ask("speed", measured, "--distance", 0.8, "--height", 0.4, "--area", "middle_of_shin", *HAND[2:])[1]
     assert any(line.lower().startswith("not confirmed") for line in other["assumptions"])  # they had another limit

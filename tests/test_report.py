@@ -191,15 +191,15 @@ def test_the_first_page_says_what_is_confirmed_and_what_is_not(reports):
         "back of hand, transient", "back of hand, quasi-static", "temple, transient", "temple, quasi-static",
     ]  # fmt: skip
     found = assessment.speeds[0]
-    at_contact = f"({fm.floor_speed(found.slowest)} to {fm.floor_speed(found.fastest)} m/s at contact)"
-    program = f"{fm.floor_speed(found.slowest_to_program)} to {fm.floor_speed(found.fastest_to_program)} m/s to program"
+    there = f"{fm.floor_speed(found.of_table[0])} to {fm.floor_speed(found.of_table[1])} m/s"
+    program = f"{fm.floor_speed(found.slowest_to_program)} to {fm.floor_speed(found.fastest_to_program)} m/s"
     off = found.off_axis.speeds.speed_to_program
     lowest, highest = fm.floor_speed(np.nanmin(off)), fm.floor_speed(np.nanmax(off))
     off_axis = f"up to 5 degrees off the direction: {lowest} to {highest} m/s at {int((off > 0).sum())} of them"
     assert highest < fm.floor_speed(found.fastest_to_program)
     assert answers[0][1] == "280 N"
     assert answers[0][2].startswith(f"PERMITTED BY THE MAP at {found.confirmed} of ")
-    assert answers[0][3] == f"{program} {at_contact}, there, between and at the edge {off_axis}"
+    assert answers[0][3] == f"{program} ({there}) {off_axis}"
     assert answers[0][4].startswith("0.263 m/s")
     assert [cells[2] for cells in answers[1:]] == ["NO PERMISSION", "NOT PERMITTED", "NOT PERMITTED"]
     assert [cells[1] for cells in answers[2:]] == ["no contact", "no contact"]
@@ -309,6 +309,22 @@ def test_texts_of_files_are_escaped(tmp_path, text):
     assert "<script>alert(2)<&.csv" in "".join(found.text)
 
 
+def test_page_one_says_from_where_each_height_has_speeds_where_a_box_around_those_without_tells_nothing(reports):
+    folder, found, _ = reports("demo")
+    case = {"limit": fm.force_limit("abdomen"), "contact": fm.Contact.TRANSIENT, "bound": found.bound}
+    speeds = fm.speed_map(found.force_map, *fm.measured_grid(found.force_map, 0.05), **case, allowance=fm.Allowance())
+    given = ~np.isnan(speeds.speeds.speed_to_program)
+    assert (np.diff(given.astype(int), axis=0) >= 0).all()  # once there is one, there are some to the far end
+    again = fm.assess_campaign(folder, limits=[case["limit"]])
+    (results,) = (each for each in again.speeds if each.contact is fm.Contact.TRANSIENT)
+    said = nowhere([headline(results)])[-1]
+    begins = {float(h): float(d) for d, h in re.findall(r"([\d.]+) m \(h ([\d.]+) m\)", said)}
+    firsts = {round(h, 2): round(speeds.distance[given[:, j].argmax()], 2)
+              for j, h in enumerate(speeds.height.tolist()) if given[:, j].any()}  # fmt: skip
+    assert begins == firsts
+    assert said.endswith("on, at other heights none") is (len(firsts) < speeds.height.size)
+
+
 def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     _, found, page = reports("demo")
     force_map = found.force_map
@@ -319,7 +335,7 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     said = " ".join(text_of(parts(page, "answer", None)[0]).split())
     pattern = (
         r"back of hand, transient: (\d+) of 49 places and around them, all in d ([\d.]+) to ([\d.]+) m, "
-        r"h ([\d.]+) to ([\d.]+) m \(others in there have a speed; why: section 13\)"
+        r"h ([\d.]+) to ([\d.]+) m \(others in there have a speed\) \(why: section 13\)"
     )
     none, near, far, low, high = map(float, re.search(pattern, said).groups())
     assert none == np.isnan(speeds).sum()
@@ -329,7 +345,7 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     assert len(i) > 1000
     program = fine.speeds.speed_to_program
     answer = next(cells[3] for cells in rows(page, "answer") if "transient" in cells[0])
-    slowest, fastest = map(float, re.match(r"([\d.]+) to ([\d.]+) m/s to program", answer).groups())
+    slowest, fastest = map(float, re.match(r"([\d.]+) to ([\d.]+) m/s", answer).groups())
     assert slowest == pytest.approx(np.nanmin(program), abs=0.0025)
     assert fastest == pytest.approx(np.nanmax(program), abs=0.0015)
     assert near <= fine.distance[i].min() < near + 0.01
@@ -367,7 +383,9 @@ def test_places_without_a_speed_between_those_that_all_have_one_are_named(report
         assert low <= h.min() <= h.max() <= high
     line = headline(results) | {"kind": "confirmed", "places": 39, "results": replace(results, open_places=())}
     (said,) = nowhere([line])
-    between = r"back of hand, transient: between the 39 places, all in d 0.520 to [\d.]+ m, h .* m"
+    between = (
+        r"back of hand, transient: between the 39 places, all in d 0.520 to [\d.]+ m, h .* m \(others in there.*\)"
+    )
     assert re.fullmatch(between, said)
     at_all = fm.speed_map(found.force_map, [0.8, 0.85], [0.35, 0.4], limit=results.limit, contact=results.contact,
                           bound=found.bound, allowance=fm.Allowance())  # fmt: skip

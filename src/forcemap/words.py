@@ -85,6 +85,10 @@ class _Figures(dict[str, Any]):
         )
         return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
 
+    def _together(self) -> float:
+        """A force with all that is added to it [N]."""
+        return float(sum(self[f"{name}_N"] for name in ("force", "error", "drift", "unseen")))
+
     def _reference_posture(self) -> str:
         return posture_words(dict(self["reference"]))
 

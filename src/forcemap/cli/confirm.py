@@ -117,7 +117,8 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
             then = "forcemap report and forcemap export, which say now that the map is confirmed"
             if form != form_of(answer.force_map.conditions):  # as all else that is asked of the campaign is asked
                 then = f'state form = "{form.name}" below [map] in campaign.toml; then {then}'
-            done = after or [f"Next: {then}"]
+            slow = _slow_missing(answer, more)
+            done = after or [*slow, f"{'Else' if slow else 'Next'}: {then}"]
             after = done if enough else [f"{few}: ask again without --impacts"]
         if result.outcome is Confirmed.DOES_NOT_PASS:
             after = _remedy(source, answer, again, more)
@@ -149,9 +150,21 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         "",
         f"Rule: {sentence(answer.rule)}",
         *_chances(answer),
+        *_slow_missing(answer, more),
         "Measure nothing else until these are judged: a map fitted to more states has other speeds, which they do not "
         "confirm; so has one of another form or from a faster speed on: decide map.form and map.slowest_mps first",
         *to_measure,
+    ]
+
+
+def _slow_missing(answer: ConfirmationPlan, more: str) -> list[str]:
+    """That slow impacts come first, where they are missing."""
+    if not any(doubt.kind is fm.FindingKind.SLOW_IMPACTS_MISSING for doubt in answer.warnings):
+        return []
+    return [
+        "Next, before anything is released: slow impacts; they may take speeds away, and the map then has to be "
+        "confirmed anew",
+        *planned.command_lines(more),
     ]
 
 

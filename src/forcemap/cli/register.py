@@ -297,6 +297,8 @@ def due(
         if found
         else ["Nothing is due" if cells else "There are no cells yet: forcemap register enter"]
     )
+    if cells:
+        lines.append("not listed: doubts to be read first with speeds in force (forcemap register state CELL)")
     emit(answer, lines, as_json=as_json)
     return 1 if found else 0
 

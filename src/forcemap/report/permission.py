@@ -40,10 +40,8 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
         nowhere = "no place lies inside the measured range"
         return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
     program = _between(results.slowest_to_program, results.fastest_to_program)
-    speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
     at_places = _between(*results.of_table)
-    speeds += ", there, between and at the edge" if results.fastest > results.slowest else ""
-    speeds += f"; {at_places} there alone" if at_places != program else ""
+    speeds = f"{program} ({at_places})" if at_places != program else program
     off = results.to_program_off_axis
     other = f"{_between(off[0], off[-1])} at {len(off)} of them" if len(off) else "no speed"
     shown["off_axis"] = f"up to {WIDEST_ANGLE:g} degrees off the direction: {other}"
@@ -64,7 +62,8 @@ def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
             (near, far), (low, high) = (_outwards(*ends) for ends in results.open_box)
             places = f"{results.unconfirmed} of {line['places']} places and around them"
             where = places if results.unconfirmed else f"between the {line['places']} places"
-            where += f", all in d {near} to {far} m, h {low} to {high} m{_begins(results)}"
+            box = f", all in d {near} to {far} m, h {low} to {high} m (others in there have a speed)"
+            where += _begins(results) or box
             groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
     refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
     parts = refused * any(line["kind"] == "refused" for line in headlines)
