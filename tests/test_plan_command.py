@@ -437,6 +437,35 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     assert more["warnings"][0].startswith("THE MAP IS NOW confirmed for 280 N (transient) by 6 impacts")
 
 
+def flat_top(largest, seed):
+    """A curve that rises straight, stays nearly level for 30 ms and falls: its flanks point above its top."""
+    time, up, level, down, hump = np.arange(900) / 1000, 0.03, 0.03, 0.04, 5.0
+    since, low = time - 0.1005, largest - hump
+    parts = [low * since / up, largest - hump * ((since - up - level / 2) / (level / 2)) ** 2,
+             low * (1 - (since - up - level) / down)]  # fmt: skip
+    stages = [(since >= 0) & (since < up), (since >= up) & (since < up + level), since >= up + level]
+    force = np.maximum(np.select(stages, parts), 0.0) + np.random.default_rng(seed).normal(0, 0.4, time.size)
+    return time, force
+
+
+def test_an_impact_whose_repeats_cannot_tell_either_is_not_asked_for_again_and_again(ask, forcemap, measured):
+    upper = {run["recording"]: run["upper_force_N"] for run in ask("confirm", measured, *HAND)[1]["runs"]}
+    first, *others = sorted(upper, key=upper.__getitem__, reverse=True)
+    assert upper[first] > 270
+    for i, name in enumerate(others):
+        save(measured / "recordings" / f"{name}.csv", *pulse(min(upper[name] - 8, 255.0), rate=1000.0, seed=i))
+    state = first.removesuffix("-r1")
+    for repeat, asks in ((1, True), (2, True), (3, False)):
+        save(measured / "recordings" / f"{state}-r{repeat}.csv", *flat_top(269.0 + repeat / 7, repeat))
+        assert forcemap("collect", measured)[0] == 0
+        code, out, _ = forcemap("confirm", measured, *HAND)
+        said = flowing(out)
+        assert (code, f"cannot tell: {repeat} of {repeat + 5}" in said) == (2, True)
+        assert "that its flanks leave open above the largest sample, as of a top cut off: up to" in said
+        assert ("measure it again as a further repeat" in said) is asks
+        assert (f"3 impacts of {state} cannot tell, and more are not expected to" in said) is not asks
+
+
 def test_a_map_that_shifts_a_little_leaves_a_plan_that_can_be_read(ask, measured):
     """What was measured stays and counts; of what was not, nothing stands as close beside it as repeats may be."""
     names = [run["recording"] for run in ask("confirm", measured, *HAND)[1]["runs"]]

@@ -182,7 +182,7 @@ def test_a_campaign_is_confirmed_and_exported_by_the_form_that_it_states(simulat
     asked = (folder, *HAND)
     code, out, _ = forcemap("confirm", *asked, "--form", "LOG_SPEED")
     assert (code, out.startswith("PASSES")) == (0, True)
-    assert 'Next: state form = "LOG_SPEED" below [map] in campaign.toml; then forcemap report' in " ".join(out.split())
+    assert 'Else: state form = "LOG_SPEED" below [map] in campaign.toml; then forcemap report' in " ".join(out.split())
     said = {}
     for form in ("", "LOG_SPEED"):
         if form:
@@ -194,7 +194,7 @@ def test_a_campaign_is_confirmed_and_exported_by_the_form_that_it_states(simulat
     code, out, _ = forcemap("confirm", *asked)
     assert (code, out.startswith("PASSES")) == (0, True)
     assert " ".join(out.split()).endswith(
-        "Next: forcemap report and forcemap export, which say now that the map is confirmed"
+        "Else: forcemap report and forcemap export, which say now that the map is confirmed"
     )
     assert forcemap("export", *asked, "--format", "csv", "-o", tmp_path / "table.csv")[0] in (0, 1)
     assert "confirmed for" in (tmp_path / "table.csv").read_text()

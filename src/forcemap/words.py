@@ -79,7 +79,7 @@ class _Figures(dict[str, Any]):
         what = [f"the device's error of {self['error_N']:g} N"]
         what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= _SHOWN else []
         what += (
-            [f"{self['unseen_N']:.1f} N that its flanks leave open above the largest sample"]
+            [f"{self['unseen_N']:.1f} N that its flanks leave open above the largest sample, as of a top cut off"]
             if self["unseen_N"] >= _SHOWN
             else []
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +21,7 @@ from forcemap.planning.confirm import ACROSS, BUMP, IMPACTS, RIDGE, Confirmation
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences
 
+_ALIKE = 3  # impacts of a state that cannot tell, from which on more of them are not asked for; a choice
 _EXIT = {Confirmed.PASSES: 0, Confirmed.DOES_NOT_PASS: 1, Confirmed.CANNOT_TELL: 2}
 
 
@@ -109,7 +111,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         after = to_measure if _to_measure(answer) or result.missing else []
         if result.outcome is Confirmed.CANNOT_TELL and not after:
             near = result.reason.kind is fm.FindingKind.IMPACTS_CANNOT_TELL and result.reason.figure("near")
-            after = _remedy(source, answer, again, more) if near else _repeated(source, again)
+            after = _remedy(source, answer, again, more) if near else _repeated(source, again, result)
         if result.outcome is Confirmed.PASSES:
             few = f"Speeds, exports and the report count a map as confirmed from {IMPACTS} impacts on"
             enough = len({*answer.plan.state_id.tolist()}) >= IMPACTS
@@ -204,8 +206,17 @@ def _remedy(source: str, answer: ConfirmationPlan, again: str, more: str) -> lis
     return ["Next: measure more states; this tells which:", *command]
 
 
-def _repeated(source: str, again: str) -> list[str]:
-    """How an impact that tells nothing for another reason than its force is measured once more."""
+def _repeated(source: str, again: str, result: ConfirmationResult) -> list[str]:
+    """How an impact that tells nothing for another reason than its force is measured again; why not, after several."""
+    open_ones = Counter(impact.state for impact in result.impacts if impact.outcome is Confirmed.CANNOT_TELL)
+    if alike := [f"{count} impacts of {state}" for state, count in open_ones.items() if count >= _ALIKE]:
+        return [
+            f"Next: {' and '.join(alike)} cannot tell, and more are not expected to. Look at the curves (forcemap "
+            "inspect FILE): if the device, its amplifier or a filter cuts the top off, or it samples slowly, put that "
+            "right and measure anew. Else impacts do not show that the limit is kept there at this speed, and the map "
+            "stays unconfirmed; a contact point there at a lower speed, measured by itself, can be shown "
+            "(docs/contact_points.md)"
+        ]
     return [
         "Next: measure it again as a further repeat of its state (its name with the next number, such as -r2), at the "
         "speed of its run: one that passes settles it, if the other has a force within the limit; then",
