@@ -145,6 +145,28 @@ def test_a_form_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend,
     assert falls or "to be released" in answer["sentence"]
 
 
+def test_where_no_more_is_to_be_measured_the_next_step_is_the_confirmation(tmp_path):
+    """Every state of the paper's grid is fitted, at half the speeds, so that slow impacts are not missing."""
+    folder = fm.copy_example("ur10e", tmp_path / "whole")
+    rows = list(csv.DictReader((folder / "impacts.csv").read_text().splitlines()))
+    for row in rows:
+        row["role"], row["speed_mps"] = "train", f"{0.5 * float(row['speed_mps']):.4f}"
+        row["peak_force_N"] = f"{0.5 * float(row['peak_force_N']):.2f}"
+    with (folder / "impacts.csv").open("w") as stream:
+        table = csv.DictWriter(stream, rows[0], lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    with (folder / "campaign.toml").open("a") as stream:
+        stream.write("\n[map]\nslowest_mps = 0.1\n")
+    with client_of(folder) as client:
+        answer = client.get("/api/campaigns/whole/next?area=back_of_hand&contact=quasi-static").json()
+    assert answer["states"] == []
+    assert answer["sentence"].startswith(
+        "confirm the map by impacts at the speeds to be released; measure nothing more"
+    )
+    assert answer["command"] == "forcemap confirm whole --area back_of_hand --contact quasi-static"
+
+
 def test_the_overview_says_state_share_and_what_is_due(client):
     lines = {line["name"]: line for line in client.get("/api/campaigns?area=back_of_hand").json()["campaigns"]}
     case = client.get("/api/campaigns/down/headline?area=back_of_hand").json()["cases"][0]

@@ -136,10 +136,7 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
         return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
     found = _next(fitted_campaign(path), limit, contact)
     if found.plan is None:
-        said = "; ".join(map(sentence, (*found.reasons, found.progress, *found.within)))
-        if ask := _other_form(path):
-            return NextStep(sentence=f"{ask}; {said}", states=[], command=_FORMS.format(name))
-        return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
+        return _stop(name, path, limit, contact, case, found)
     plan = found.plan
     columns = [plan.distance, plan.height, plan.speed, plan.expected_force, found.upper_force]
     rows = np.unique(np.column_stack(columns), axis=0).tolist()
@@ -156,6 +153,23 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     said = "; ".join([further, *map(sentence, (*why, found.progress, *found.within))])
     command = _FORMS.format(name) if ask else f"forcemap next {asked}"
     return NextStep(sentence=said, states=states, command=command, warnings=tuple(sentences(found.warnings)))
+
+
+def _stop(
+    name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, case: Case, found: fm.NextMeasurements
+) -> NextStep:
+    """The next step where no more is to be measured for the map: confirm its speeds, or release them."""
+    reasons = map(sentence, (*found.reasons, found.progress, *found.within))
+    said, command = f"measure nothing more for the map: {'; '.join(reasons)}", ""
+    if ask := _other_form(path):
+        return NextStep(sentence=f"{ask}; {said}", states=[], command=_FORMS.format(name))
+    if case.permitted and case.confirmed_by:
+        said = f"release: {case.confirmed_by} impacts at released speeds confirm the map; {said}"
+        command = f"forcemap report {name} --area {limit.name}"
+    elif case.permitted:
+        said = f"confirm the map by impacts at the speeds to be released; {said}"
+        command = f"forcemap confirm {name} --area {limit.name} --contact {contact}"
+    return NextStep(sentence=said, states=[], command=command, warnings=tuple(sentences(found.warnings)))
 
 
 def _other_form(path: Path) -> str:
