@@ -363,9 +363,9 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     code, again = ask("confirm", measured, *HAND, *number)
     assert (code, again["outcome"], again["runs"]) == (0, None, first["runs"])
     assert rows(measured / "plan.csv") == before
-    code, refused = ask("next", measured, *HAND)
-    assert code == 2
-    assert "states to confirm the map without an impact: 4" in refused["error"]["message"]
+    code, out, _ = forcemap("next", measured, *HAND, "--dry-run")
+    taken = "No longer planned: slow impacts come first, and may take speeds away"
+    assert (code, taken in flowing(out)) == (0, True)
     assert (measured / "run_sheet.txt").read_bytes() == sheet
 
     plan, names = fm.read_plan(measured), [run["recording"] for run in first["runs"]]
@@ -435,6 +435,27 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     code, more = ask("next", measured, *HAND)
     assert code == 0
     assert more["warnings"][0].startswith("THE MAP IS NOW confirmed for 280 N (transient) by 6 impacts")
+
+
+def test_slow_impacts_take_the_place_of_a_confirmation_of_which_nothing_is_measured(ask, forcemap, measured):
+    """They may take speeds away, and the map is another one then: what `confirm` says comes first is not refused."""
+    trains = fm.read_plan(measured).recording.tolist()
+    said = flowing(forcemap("confirm", measured, *HAND)[1])
+    names = [run["recording"] for run in ask("confirm", measured, *HAND)[1]["runs"]]
+    assert "Next, before anything is released: slow impacts; they may take speeds away" in said
+    assert f"forcemap next {measured} --area back_of_hand" in said
+    save(measured / "recordings" / f"{names[0]}.csv", *pulse(100.0, rate=1000.0))
+    assert ask("collect", measured)[0] == 0
+    code, answer = ask("next", measured, *HAND)
+    assert (code, "states to confirm the map without an impact: 5" in answer["error"]["message"]) == (2, True)
+    (measured / "recordings" / f"{names[0]}.csv").unlink()
+    (measured / "recordings.csv").unlink()
+    assert ask("collect", measured)[0] == 0
+    assert ask("next", measured, *HAND)[0] == 0
+    plan = fm.read_plan(measured).recording.tolist()
+    assert plan[: len(trains)] == trains
+    assert not any(name in plan for name in names)
+    assert len(plan) > len(trains)
 
 
 def flat_top(largest, seed):

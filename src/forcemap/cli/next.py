@@ -26,7 +26,7 @@ from forcemap.cli.options import (
     limit_from,
     wanted_form,
 )
-from forcemap.cli.output import counted, emit, verdict_first
+from forcemap.cli.output import counted, emit, listing, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.planning.confirm import ConfirmationPlan
 from forcemap.planning.runs import extend_plan
@@ -92,6 +92,7 @@ def next_(
     expected = force_map_from(source, None)[0] if source else None
     answer = fm.next_measurements(measured, force_limit, contact=kind, expected_force=expected, **options)
     answer = _with_confirmed(answer, campaign, measured, force_limit, kind)
+    campaign, taken = _without_early_confirmation(campaign, measured, answer)
     files = [] if table_alone or dry_run else _written(folder, campaign, answer, conditions)
     repeated = {
         **planned.limit_words(limit, contact),
@@ -110,7 +111,8 @@ def next_(
     again = planned.command_line("next", folder, repeated)
     now = planned.command_line("speed-map", folder, planned.limit_words(limit, contact) | {"--form": form})
     asked = planned.unwritten_lines(again) if dry_run and not table_alone else None
-    lines = _lines(folder, answer, asked or _measuring(folder, files, again), now)
+    before = listing("No longer planned: slow impacts come first, and may take speeds away", taken) if taken else []
+    lines = _lines(folder, answer, [*before, *(asked or _measuring(folder, files, again))], now)
     emit(NextAnswer.of_next(answer, folder, files, again), lines, as_json=as_json)
     return 1 if answer.plan is None else 0
 
@@ -159,14 +161,31 @@ def _table(folder: str, conditions: fm.Conditions) -> fm.ImpactDataset | fm.Cond
 
 
 def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
-    """The impacts so far; every planned state to train or to confirm must be among them.
-
-    One to train would be planned again, and the speed of one that confirms is that of the map before.
-    """
+    """The impacts so far; every planned state to train must be among them: it would be planned again."""
     dataset = read_recorded(str(campaign.folder)) if campaign.table_file.exists() else None
     planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
-    planned.refuse_waiting(campaign, ConfirmationPlan.among(campaign.plan), dataset, "states to confirm the map")
     return campaign.conditions if dataset is None else dataset
+
+
+def _without_early_confirmation(
+    campaign: fm.Campaign | None, measured: fm.ImpactDataset | fm.Conditions, answer: fm.NextMeasurements
+) -> tuple[fm.Campaign | None, list[str]]:
+    """The campaign without runs to confirm its map, none of them measured, where slow impacts come first; these runs.
+
+    Other ones without an impact are refused: the speed of one that confirms is that of the map before.
+    """
+    if campaign is None:
+        return None, []
+    confirming, dataset = ConfirmationPlan.among(campaign.plan), measured
+    states = set() if isinstance(dataset, fm.Conditions) else set(dataset.state.tolist())
+    none = states.isdisjoint(campaign.plan.state_id[confirming].tolist())
+    slow = any(reason.kind is fm.FindingKind.SLOW_PLANNED for reason in answer.reasons)
+    if confirming.any() and none and slow:
+        plan = campaign.plan.select(~confirming)
+        return replace(campaign, plan=plan), campaign.plan.recording[confirming].tolist()
+    of_table = None if isinstance(dataset, fm.Conditions) else dataset
+    planned.refuse_waiting(campaign, confirming, of_table, "states to confirm the map")
+    return campaign, []
 
 
 def _with_confirmed(

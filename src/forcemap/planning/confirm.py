@@ -504,7 +504,7 @@ def confirm_plan(
         limit=newtons,
         refusal=refusal,
         warnings=tuple(warnings),
-        rule=_rule(len(plan), newtons, conditions, others),
+        rule=_rule(len({*plan.state_id.tolist()}), newtons, conditions, others),
         **_probabilities(force_map, places, states, most, upper),
         force_map=force_map,
         bound=bound,

@@ -97,7 +97,10 @@ _ROUNDING = 1e-6  # of a figure in millimetres
 
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
     """The sentence that permits the speeds of a headline; empty where it permits none."""
-    return " ".join(_at_site([results], assessment, named=True))
+    open_ones = results.confirmation.settled if results.confirmation and results.confirmed_by else ()
+    names = ", ".join(impact.recording for impact in open_ones)
+    said = _at_site([results], assessment, named=True)
+    return " ".join([*said, *[f"Not counted, as they alone cannot tell while a repeat passes: {names}."] * bool(names)])
 
 
 def permissions(assessment: CampaignAssessment) -> list[str]:
