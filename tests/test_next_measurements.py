@@ -574,7 +574,7 @@ class TestConfirmation:
             force_map, *fm.measured_grid(force_map, 0.02), limit=140.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
         ).speeds.speed
         assert states[:, 2].max() > np.nanmax(grid) - 0.005
-        assert "each of the 6 impacts is within 140 N" in sentence(found.rule)
+        assert "each of the 6 impacts, or a repeat where one cannot tell, is within 140 N" in sentence(found.rule)
 
     def test_the_chances_stated_are_those_of_simulation(self, full_size):
         """Whole campaigns, and the impacts of their confirmation with new state effects."""

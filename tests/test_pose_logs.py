@@ -186,6 +186,9 @@ RTDE = "t;X;Y;Z;{}\n"
         *[(name, (1, 1, 1, 1), "not told") for name in ("acceleration_scaling_factor", "Override enabled")],
         *[(name, (100, 100, 100, 100), "not told") for name in ("jog_override", "override_max", "force_override")],
         ("override", (500, 500, 500, 500), "not told"),  # per mille, or whatever it is
+        *[(name, (100, 100, 100, 100), "not told") for name in ("OverrideOn", "override_id", "Override_Achse7")],
+        ("OV_PRO;MODE_OP", ("100;T1", "100;T1", "100;T1", "100;T1"), "not told"),  # at most 0.25 m/s there
+        ("OV_PRO;MODE_OP", ("100;EXT", "100;EXT", "100;EXT", "100;EXT"), None),
         *[(name, (3, 3, 3, 3), "not told") for name in ("joint_speed_ratio_limit", "feed rate [mm/s]", "safety_mode")],
         ("current", (0.4, 0.4, 0.4, 0.4), "not told"),
         ("Override", ("ON", "ON", "ON", "ON"), "not told"),

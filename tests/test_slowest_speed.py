@@ -375,6 +375,11 @@ def test_a_map_is_carried_over_with_its_slower_impacts_or_not_at_all(tmp_path):
     slow = replace(new, stated_speed=np.where(np.arange(d.size) == 7, SLOW, new.stated_speed))
     carried = fm.transfer_map(fm.fit_force_map(impacts([0.5, 0.6, 0.7, 0.8, 0.9])), slow)
     assert slow.state[7] in carried.slower.name  # although the new campaign states no slowest speed
+    told = fm.fit_force_map(impacts([0.5, 0.6, 0.7, 0.8, 0.9], speeds=(0.14, SLOW)))
+    theirs = fm.transfer_map(told, new)  # at the changed robot nothing slow was measured
+    assert (slow_impacts_missing(told), slow_impacts_missing(theirs) is not None) == (None, True)
+    words = " ".join(said(fm.safe_speed(theirs, 0.7, 0.3, limit=HAND, **CASE)))
+    assert "10 of them of the EARLIER robot or setting" in words
     force_map = fm.transfer_map(fm.fit_force_map(impacts([0.5, 0.6, 0.7, 0.8, 0.9])), new)
     fm.write_map(force_map, tmp_path / "m.json")
     for each in (force_map, fm.read_map(tmp_path / "m.json")):
@@ -616,6 +621,25 @@ def test_slower_impacts_tell_of_slower_motion_at_several_places_alone(places, sp
     assert (found and found.figure("lowest_mps")) == (missing and pytest.approx(missing))
     none = fm.fit_force_map(dataset.select(~dataset.slower))
     assert slow_impacts_missing(none).figure("lowest_mps") == pytest.approx(0.2)
+
+
+def test_slow_impacts_beside_the_range_or_below_a_gap_under_a_fast_map_tell_nothing():
+    """The corners of another cell's range; and 0.2, 0.14, 0.1 m/s beside a map from 0.4 m/s on."""
+    conditions = fm.Conditions(device=replace(DEVICE, range=2000.0), direction="down", slowest=0.2)
+    plan = fm.plan_measurements((0.52, 0.70), (0.14, 0.30), (0.2, 0.4), repeats=1, again=0)
+    at = np.column_stack([plan.distance, plan.height, plan.speed])
+    for off, missing in ((0.0, False), (0.015, False), (0.1, True)):
+        places = np.array([[0.52, 0.14], [0.52, 0.30], [0.70, 0.14], [0.70, 0.30]]) + off
+        slow = [[*place, speed] for place in places for speed in (0.14, 0.1)]
+        found = slow_impacts_missing(fm.fit_force_map(with_scatter(np.vstack([at, slow]), conditions, slow_as=0.2)))
+        assert (found is not None) is missing, off
+    corners = np.unique(at[:, :2], axis=0)[np.array([0, -1])]
+    fast = at + np.array([0.0, 0.0, 0.2])
+    stated = replace(conditions, slowest=0.4)
+    for speeds, lowest in (((0.2, 0.14, 0.1), 0.4), ((0.28, 0.2, 0.14, 0.1), None)):
+        slow = [[d, h, v] for d in corners[:, 0] for h in corners[:, 1] for v in speeds]
+        found = slow_impacts_missing(fm.fit_force_map(with_scatter(np.vstack([fast, slow]), stated, slow_as=0.4)))
+        assert (found and found.figure("lowest_mps")) == (lowest and pytest.approx(lowest))
 
 
 @pytest.mark.parametrize(("spread", "missing"), [((0.18, 0.15), True), ((0.2, 0.1), True), ((0.2, 0.18), False)])

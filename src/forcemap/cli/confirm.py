@@ -141,6 +141,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         refused = verdict_first(sentence(answer.refusal), simulated=answer.force_map.simulated)
         return [*refused, *taken, *_remedy(source, answer, again, more)]
     before = "" if len(answer.added) else ", planned before and not measured yet"
+    slow = _slow_missing(answer, more)
     return [
         *verdict_first(f"{len(answer.plan)} impacts to confirm the released speeds, slow to fast{before}", **said),
         *taken,
@@ -152,7 +153,7 @@ def _lines(source: str, answer: ConfirmationPlan, to_measure: list[str], again: 
         "",
         f"Rule: {sentence(answer.rule)}",
         *_chances(answer),
-        *_slow_missing(answer, more),
+        *[*slow, *["To confirm the map as it is all the same:"] * bool(slow)],
         "Measure nothing else until these are judged: a map fitted to more states has other speeds, which they do not "
         "confirm; so has one of another form or from a faster speed on: decide map.form and map.slowest_mps first",
         *to_measure,

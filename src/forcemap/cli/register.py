@@ -149,8 +149,8 @@ def enter(
             )
             lines.append(
                 f"  {which} rest on other impacts, and end by these where they exceed the limit at a speed that is "
-                "released there; whether their map holds beside the others is not compared: forcemap evaluate "
-                f"{each.folder} --against THEIR-FOLDER"
+                "released there, unless they were made earlier under other conditions; whether their map holds beside "
+                f"the others is not compared: forcemap evaluate {each.folder} --against THEIR-FOLDER"
             )
         lines += [_fact_words(fact) for fact in each.facts]
         lines += _shared(each.also_of)

@@ -334,6 +334,13 @@ class ForceMap:
         """Measured states slower than the map is to hold for (map.slowest_mps in campaign.toml), of both roles."""
         return NO_STATES if self.fit is None else self.fit.slower.and_(self._test.select(self._is_slower))
 
+    @property
+    def own_slower(self) -> States:
+        """Those of the campaign itself, without those of maps carried over, which are named for these."""
+        transfer = self.fit.transfer if self.fit else None
+        earlier = tuple(f" of {each.name}" for each in (transfer.earlier if transfer else ()))
+        return self.slower.select(np.array([not name.endswith(earlier) for name in self.slower.name], dtype=np.bool_))
+
     @cached_property
     def tested(self) -> States:
         """States with role test that the map is to hold for."""

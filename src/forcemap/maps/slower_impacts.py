@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import Quantity, States, StateTolerance
+from forcemap.campaigns.dataset import PLACE_SIZE, Quantity, States, StateTolerance
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
@@ -24,6 +24,7 @@ steps down from 0.2 m/s. A choice, tried in the virtual lab (docs/validity.md)."
 
 _STEP = 0.65  # least ratio of one slow speed to the next faster one: as `next` plans them, rounded; a choice
 _SPREAD = 0.5  # share of the measured range that slow impacts span in distance and in height; a choice
+_BESIDE = np.array([PLACE_SIZE, PLACE_SIZE, np.inf])  # how far beside the range a slow impact still is one of it
 _ROUNDING = 1e-9  # of a speed [m/s]
 
 
@@ -77,6 +78,7 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
         slowest_mps=force_map.conditions.slowest,
         states=len({*slower.name}),
         confirming=len({*slower.select(slower.confirms).name}),
+        earlier=len({*slower.name}) - len({*force_map.own_slower.name}) or None,
         more=float(ratio[i]) - 1 if ratio[i] > 1 else None,
         most=float(ratio[i]),
         force_N=float(np.fmax(slower.highest, slower.at_least)[i]),
@@ -91,16 +93,20 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
 def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     """That a map of the force, with the slower impacts beside it, tells of no speeds as low as SLOW; None otherwise.
 
-    Test states tell nothing: none widens the bound. Fitted states and slower impacts (map.slowest_mps) tell of slower
-    motion at SLOW_PLACES places and more, spread over the range, down to a gap, as between 0.1 and 0.2 m/s: the most
-    may lie in it.
+    Test states tell nothing: none widens the bound; nor do slower impacts of an earlier robot that the map is carried
+    over from. Fitted states and slower impacts (map.slowest_mps) tell of slower motion at SLOW_PLACES places and more,
+    spread over the range, down to a gap, as between 0.1 and 0.2 m/s: the most may lie in it.
     """
     if force_map.quantity is not Quantity.FORCE:
         return None
-    measured = force_map.fit.states.and_(force_map.slower) if force_map.fit else None
-    speed = force_map.measured_range.lowest[2:] if measured is None else measured.speed
-    extent = force_map.measured_range.highest - force_map.measured_range.lowest
-    lowest = float(speed[0]) if measured is None else _lowest_without_gap(measured, _SPREAD * extent[:2])
+    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    speed, lowest = low[2:], float(low[2])
+    if fit := force_map.fit:
+        begins = float(np.min(fit.states.speed[fit.states.speed >= 2 * SLOW], initial=fit.states.speed.max()))
+        measured = fit.states.and_(force_map.own_slower)
+        beside = np.any((measured.coordinates < low - _BESIDE) | (measured.coordinates > high + _BESIDE), axis=1)
+        measured = measured.select(~beside)
+        speed, lowest = measured.speed, _lowest_without_gap(measured, begins, _SPREAD * (high - low)[:2])
     if lowest < SLOW + StateTolerance().speed - _ROUNDING:
         return None
     stated = float(force_map.conditions.as_stated(np.array(lowest)))
@@ -109,18 +115,17 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     return Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=lowest, **figures)
 
 
-def _lowest_without_gap(measured: States, spread: FloatArray) -> float:
-    """How far down speeds [m/s] go from twice SLOW, each within a step of the next faster one.
+def _lowest_without_gap(measured: States, begins: float, spread: FloatArray) -> float:
+    """How far down speeds [m/s] go from one on, each within a step of the next faster one.
 
     So slow, or slower within that step, were states at SLOW_PLACES places that lie `spread` apart in distance and in
     height [m].
     """
-    at, place, speed = measured.coordinates[:, :2], measured.place, measured.speed
+    at, place, speed, lowest = measured.coordinates[:, :2], measured.place, measured.speed, begins
 
     def tells(below: Mask) -> bool:
         return len({*place[below].tolist()}) >= SLOW_PLACES and bool(np.all(np.ptp(at[below], axis=0) >= spread))
 
-    lowest = float(np.min(speed[speed >= 2 * SLOW], initial=speed.max()))
     while True:
         near = (speed >= _STEP * lowest - _ROUNDING) & (speed < lowest)
         slower = [each for each in np.unique(speed[near]).tolist() if tells(near & (speed <= each))]

@@ -43,7 +43,12 @@ _OVERRIDE = re.compile(
     re.IGNORECASE,
 )
 _NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, what it may be
-_NOT_OF_SPEED = re.compile(r"acc|force|torque|jog|max|min|limit|enable|status|active", re.IGNORECASE)
+_NOT_OF_SPEED = re.compile(
+    r"acc|force|torque|jog|max|min|limit|enable|status|active|mode|conv|belt|achse|axis|joint|(?<![a-z])id(?![a-z])|on$",
+    re.IGNORECASE,
+)
+_MODE = re.compile(r"mode|betriebsart", re.IGNORECASE)
+_NOT_AUTOMATIC = {"t1", "t2", "man", "manual", "manuell", "hand", "teach", "reduced", "reduziert"}
 _PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
 _MOST_SHARE = 1.1  # greater numbers are percent
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
@@ -104,7 +109,12 @@ def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
         told |= whole and not _NOT_OF_SPEED.search(layout.names[column])
         if moving and min(moving) < _FULL * full:
             lowest[layout.names[column]] = min(moving) / full
-    if not (told or lowest):
+    modes = [i for i, name in enumerate(layout.names) if _MODE.search(name)]
+    rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines() if modes)
+    by_hand = any(
+        row[i].strip().strip('#"').casefold() in _NOT_AUTOMATIC for row in rows for i in modes if i < len(row)
+    )
+    if by_hand or not (told or lowest):
         yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD)
     if lowest:
         yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))

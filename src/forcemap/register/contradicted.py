@@ -8,12 +8,13 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, func, select
+from sqlalchemy import ColumnElement, Connection, select
 
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.findings import Finding, FindingKind
 from forcemap.register.enter import same_campaign
+from forcemap.register.in_force import DEVICE, KINDS
 from forcemap.register.tables import CAMPAIGNS, IMPACTS, RELEASES, USES
 from forcemap.speeds.allowance import Allowance
 
@@ -25,15 +26,19 @@ POINT = "point "
 """With which the subject of a contact point's release begins."""
 
 _FIGURES = ("distance_m", "height_m", "speed_mps", "peak_force_N", "phase2_force_N", "largest_N", "state_id")
-_OF_IMPACT = (*(IMPACTS.c[name] for name in _FIGURES), CAMPAIGNS.c.name)
+_OF_IMPACT = (
+    *(IMPACTS.c[name] for name in _FIGURES),
+    CAMPAIGNS.c.name,
+    CAMPAIGNS.c.conditions,
+    CAMPAIGNS.c.measured_on,
+)
 
 
 def contradicted_since(connection: Connection, *which: ColumnElement[bool]) -> dict[int, Finding]:
-    """What impacts that were entered after releases, and measured no earlier, say against them, by the release."""
+    """What impacts that were entered after releases say against them, by the release."""
     query = select(RELEASES.c.id, *_OF_IMPACT).join_from(RELEASES, CAMPAIGNS, _CELL)
     query = query.join(IMPACTS, IMPACTS.c.campaign_id == CAMPAIGNS.c.id + 0)  # + 0: campaigns first, then their impacts
-    since = func.coalesce(CAMPAIGNS.c.measured_on, "9") >= func.coalesce(RELEASES.c.measured_from, "")
-    later = (CAMPAIGNS.c.entry > RELEASES.c.entry) & since & _ANY & (IMPACTS.c.largest_N > RELEASES.c.limit_N)
+    later = (CAMPAIGNS.c.entry > RELEASES.c.entry) & _ANY & (IMPACTS.c.largest_N > RELEASES.c.limit_N)
     rows = connection.execute(query.where(later, *which).order_by(RELEASES.c.id)).all()
     found: dict[int, Finding] = {}
     for number, above in groupby(rows, key=lambda row: row.id):
@@ -44,7 +49,7 @@ def contradicted_since(connection: Connection, *which: ColumnElement[bool]) -> d
 
 
 def contradicts(connection: Connection, values: Mapping[str, Any]) -> Finding | None:
-    """What impacts of other campaigns of its cell, of its days or later, say against a release; None if nothing.
+    """What impacts of other campaigns of its cell say against a release; None if nothing.
 
     Parameters
     ----------
@@ -52,20 +57,18 @@ def contradicts(connection: Connection, values: Mapping[str, Any]) -> Finding | 
     values : mapping
         The columns of the release.
     """
-    since = func.coalesce(CAMPAIGNS.c.measured_on, "9") >= (values["measured_from"] or "")
-    query = select(*_OF_IMPACT).join_from(IMPACTS, CAMPAIGNS).where(CAMPAIGNS.c.cell_id == values["cell_id"], since)
+    query = select(*_OF_IMPACT).join_from(IMPACTS, CAMPAIGNS).where(CAMPAIGNS.c.cell_id == values["cell_id"])
     own = select(IMPACTS.c.recording_id).join(USES).where(USES.c.campaign_id == values["campaign_id"])
     query = query.where(_ANY, IMPACTS.c.largest_N > values["limit_N"], IMPACTS.c.recording_id.not_in(own))
     return _above(FindingKind.RELEASED_CONTRADICTED, values, connection.execute(query))
 
 
 def campaigns_since(connection: Connection, *which: ColumnElement[bool]) -> dict[int, tuple[str, ...]]:
-    """Other campaigns of their cells that were entered after releases, and measured no earlier, by the release."""
+    """Other campaigns of their cells that were entered after releases, by the release."""
     later = CAMPAIGNS.alias()
-    since = func.coalesce(later.c.measured_on, "9") >= func.coalesce(RELEASES.c.measured_from, "")
     query = select(RELEASES.c.id, later.c.name).join_from(RELEASES, CAMPAIGNS, RELEASES.c.campaign_id == CAMPAIGNS.c.id)
     query = query.join(later, later.c.cell_id == RELEASES.c.cell_id)
-    query = query.where((later.c.entry > RELEASES.c.entry) & since & ~same_campaign(later), *which)
+    query = query.where((later.c.entry > RELEASES.c.entry) & ~same_campaign(later), *which)
     found: dict[int, dict[str, None]] = {}
     for number, name in connection.execute(query.order_by(later.c.id)):
         found.setdefault(number, {})[name] = None
@@ -75,10 +78,11 @@ def campaigns_since(connection: Connection, *which: ColumnElement[bool]) -> dict
 def _above(kind: FindingKind, of: Mapping[str, Any], impacts: Iterable[Any]) -> Finding | None:
     """The finding of the impacts that a release, `of` its columns, permits the speed of, by the largest force.
 
-    One whose speed is not known counts as slow.
+    Earlier ones than its own count if they were made under the same conditions; one whose speed is not known is slow.
     """
     speeds, limit = json.loads(of["speeds"]), of["limit_N"]
-    permitted = ((each, _force(each), _permitted(of["subject"], speeds, each)) for each in impacts)
+    counted = [each for each in impacts if _counts(each, of)]
+    permitted = ((each, _force(each), _permitted(of["subject"], speeds, each)) for each in counted)
     above = [
         (each, force, to) for each, force, to in permitted if force > limit and to and (each.speed_mps or 0.0) <= to
     ]
@@ -95,6 +99,13 @@ def _above(kind: FindingKind, of: Mapping[str, Any], impacts: Iterable[Any]) -> 
         permitted_mps=round(to - _OVERSHOOT, 3),
         limit_N=limit,
     )
+
+
+def _counts(impact: Any, of: Mapping[str, Any]) -> bool:
+    """Whether an impact was made in the days of a release or later, or before under its conditions, whatever device."""
+    then, now = json.loads(impact.conditions), json.loads(of["conditions"])
+    same = all(then.get(kind) == now.get(kind) for kind in KINDS if kind != DEVICE)
+    return same or (impact.measured_on or "9") >= (of["measured_from"] or "")
 
 
 def _force(impact: Any) -> float:
