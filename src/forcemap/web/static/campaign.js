@@ -24,17 +24,29 @@ async function step() {
   const address = `${place.dataset.next}?${new URLSearchParams({ area, contact: place.dataset.contact })}`;
   const answer = await waited(fetch(address).then((response) => response.json()).catch(() => null));
   if (document.getElementById("next") !== place) return;
-  const said = Object.assign(document.createElement("p"), { textContent: answer?.sentence ?? answer?.error?.message ?? GONE });
-  const known = [...document.querySelectorAll("#headline .problem")].map((problem) => problem.textContent);
-  const doubts = (answer?.warnings ?? []).filter((warning) => !known.includes(warning));
-  const parts = [said, ...doubts.map((textContent) => Object.assign(document.createElement("p"), { className: "problem", textContent }))];
+  const whole = answer?.sentence ?? answer?.error?.message ?? GONE;
+  const planned = answer?.states?.length || whole.includes("measure nothing more"); // what forbids speeds stands whole
+  const [first, ...more] = planned ? whole.split("; ") : [whole];
+  const said = Object.assign(document.createElement("p"), { textContent: first });
+  const head = (doubt) => doubt.split(/[:(]/)[0]; // the same doubt may state its speeds as commanded
+  const known = [...document.querySelectorAll("#headline .problem")].map((problem) => head(problem.textContent));
+  const doubts = (answer?.warnings ?? []).filter((warning) => !known.includes(head(warning)));
+  const parts = [said, ...why(more), ...doubts.map((textContent) => Object.assign(document.createElement("p"), { className: "problem", textContent }))];
   if (answer?.states?.length) {
     const places = answer.states.slice(0, 4).map((state) => `${state.distance_m.toFixed(2)} m, ${state.height_m.toFixed(2)} m at ${state.speed_mps.toFixed(2)} m/s (${state.expected_force_N.toFixed(0)} N expected, at most ${state.upper_force_N.toFixed(0)} N)`);
-    const more = answer.states.length - places.length;
-    parts.push(Object.assign(document.createElement("p"), { className: "note", textContent: `${places.join("; ")}${more ? ` and ${more} more` : ""}` }));
+    const others = answer.states.length - places.length;
+    parts.push(Object.assign(document.createElement("p"), { className: "note", textContent: `${places.join("; ")}${others ? ` and ${others} more` : ""}` }));
   }
   if (answer?.command) parts.push(Object.assign(document.createElement("code"), { textContent: answer.command }));
   place.replaceChildren(...parts);
+}
+
+function why(sentences) {
+  if (!sentences.length) return [];
+  const details = document.createElement("details");
+  const summary = Object.assign(document.createElement("summary"), { textContent: "Why, and what it gains" });
+  details.append(summary, ...sentences.map((textContent) => Object.assign(document.createElement("p"), { className: "note", textContent })));
+  return [details];
 }
 
 async function open(address) {
