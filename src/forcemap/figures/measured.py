@@ -86,6 +86,9 @@ def to_cut_at(force_map: ForceMap, coordinates: FloatArray, speed: float, tolera
     return next((states for states in (at, inside) if len(states)), coordinates)
 
 
+_OUTSIDE = "no map here:\noutside the\nmeasured range"
+
+
 def within(force_map: ForceMap, along: int, fixed: Mapping[int, float]) -> tuple[list[FloatArray], Mask]:
     """Distance, height and speed along an axis, the others fixed, and where that is inside the measured range."""
     low, high = force_map.measured_range.lowest[along], force_map.measured_range.highest[along]
@@ -105,10 +108,8 @@ def draw_map(
         style.PREDICTION.plot(axes, x, force)
         if bound is not None:
             style.BOUND.plot(axes, x, np.where(inside, bound.upper(force_map, *state), np.nan))
-    else:
-        axes.text(
-            0.5, 0.5, "no map here:\noutside the\nmeasured range", transform=axes.transAxes, ha="center", va="center"
-        )
+    elif _OUTSIDE not in [text.get_text() for text in axes.texts]:
+        axes.text(0.5, 0.5, _OUTSIDE, transform=axes.transAxes, ha="center", va="center")
     return x, force
 
 
