@@ -639,6 +639,29 @@ def test_a_descent_named_after_the_carry_before_it_is_told_though_another_follow
     assert any(line.startswith("SEGMENT NAMES MAY STAND A ROW TOO LATE") for line in said) == told
 
 
+def test_waits_beside_a_refused_piece_are_in_every_row_of_the_permitted_part(capsys):
+    """Down, 0.2 s at rest, aside, which no map is of, 0.1 s at rest, and down again."""
+    rows = [
+        (0.0, 0.8, 0.44),
+        (0.4, 0.8, 0.40),
+        (0.6, 0.8, 0.40),
+        (0.8, 0.82, 0.40),
+        (0.9, 0.82, 0.40),
+        (1.3, 0.82, 0.36),
+    ]
+    lines = [f"{t},{x},0,{z}" for t, x, z in rows]
+    Path("path.csv").write_text("\n".join(["time_s,x_m,y_m,z_m", *lines]) + "\n")
+    hand = ("--area", "back_of_hand", "--contact", "transient")
+    assert run(["path", "ur10e", "path.csv", *hand, "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    times = {each["rule"]: each["permitted_time_s"] for each in found["cycle_times"]}
+    assert found["permitted"] is False
+    assert times["as programmed"] == pytest.approx(0.4 + 0.4 + 0.3)
+    moving = 2 * 2 * (0.04 / 1.0) ** 0.5  # 0.1 m/s in the file; faster where that is allowed, from rest to rest
+    assert 0.3 < times["allowed speeds"] <= 0.3 + moving
+    assert times["as programmed, slowed where too fast"] >= times["as programmed"]
+
+
 @pytest.mark.parametrize("where", [0, 1, 2])
 def test_a_gap_in_which_a_log_stands_is_told_wherever_it_is(capsys, where):
     """At its first row, amid a straight line and at its last: what was driven in between is not known."""

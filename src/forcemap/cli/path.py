@@ -624,7 +624,8 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
             f"({own}). Compare each kind with its own: at every start and stop they differ by up to a row's time"
         )
     if answer.waits_s:
-        lines.append(f"the file's waits, {answer.waits_s:.3f} s, are in every row")
+        part = ", of the permitted part those at its points" if refused else ""
+        lines.append(f"the file's waits, {answer.waits_s:.3f} s, are in every row{part}")
     if answer.contact_excluded:
         lines.append("where contact is excluded, every row is at the task's speed")
     _, standard, *_ = answer.cycle_times

@@ -578,15 +578,27 @@ def _cycle_time(
     if refused.all() or np.isnan(speed[~refused]).any():
         return CycleTime(rule, math.nan, math.nan, rule_speed)
     cosine = np.einsum("ij,ij->i", path.directions[1:], path.directions[:-1])
-    wait = np.zeros(len(path) + 1) if path.wait is None else path.wait
-    stops = (cosine < math.cos(math.radians(CORNER_ANGLE))) | (wait[1:-1] > 0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], refused, [True]]).astype(np.int8)))
-    total = 0.0
-    for start, stop in edges.reshape(-1, 2):
+    stops = (cosine < math.cos(math.radians(CORNER_ANGLE))) | (_waits(path)[1:-1] > 0)
+    total = _waited(path, refused)
+    for start, stop in _stretches(refused):
         piece, between = slice(start, stop), slice(start, stop - 1)
-        law = time_law(path.lengths[piece], speed[piece], acceleration=acceleration, stops=stops[between])
-        total += law.duration + float(wait[start : stop + 1].sum())
+        total += time_law(path.lengths[piece], speed[piece], acceleration=acceleration, stops=stops[between]).duration
     return CycleTime(rule, math.nan if refused.any() else total, total, rule_speed)
+
+
+def _stretches(refused: Mask) -> Indices:
+    """First piece of each permitted stretch, and the one after its last, shape (k, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[True], refused, [True]]).astype(np.int8))).reshape(-1, 2)
+
+
+def _waits(path: ToolPath) -> FloatArray:
+    """How long the program stands at each point [s], shape (n + 1,)."""
+    return np.zeros(len(path) + 1) if path.wait is None else path.wait
+
+
+def _waited(path: ToolPath, refused: Mask) -> float:
+    """How long the program stands at points of permitted stretches, their ends included [s]."""
+    return float(sum(_waits(path)[start : stop + 1].sum() for start, stop in _stretches(refused)))
 
 
 def _as_programmed(
@@ -602,6 +614,6 @@ def _as_programmed(
     if refused.all():
         return CycleTime(rule, math.nan, math.nan)
     lost = path.lengths / path.speeds * (np.maximum(1.0, np.minimum(programmed, path.speeds) / most) - 1)
-    last = 0.0 if path.wait is None else float(path.wait[-1])
-    time = float((np.diff(path.time) + lost)[~refused].sum()) + last
+    moving = np.diff(path.time) - _waits(path)[:-1]
+    time = float((moving + lost)[~refused].sum()) + _waited(path, refused)
     return CycleTime(rule, math.nan if refused.any() else time, time)
