@@ -298,7 +298,7 @@ class ConfirmationPlan:
         ]
         judged = [impact for impact in judged if impact not in settled]
         near = sum(impact.near_limit(within) and impact.reason.kind is not _FASTER for impact in judged)
-        outcome, reason = _overall(self, judged, int(missing.sum()), near)
+        outcome, reason = _overall(self, judged, int(missing.sum()), near, len(settled))
         planned = self
         if outcome is Confirmed.DOES_NOT_PASS:
             before = ~np.isin(self.plan.recording, self.added.recording)
@@ -314,9 +314,10 @@ class ConfirmationPlan:
 
 
 def _overall(
-    plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int, near: int
+    plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int, near: int, settled: int
 ) -> tuple[Confirmed, Finding]:
-    """Whether all impacts together confirm the map, and why; `near` of them are too near the limit to be told."""
+    """Whether all impacts together confirm the map, and why; `near` of them are too near the limit to be told, and of
+    `settled` further ones a repeat passes."""
     count, kind = Counter(impact.outcome for impact in judged), FindingKind
     if failed := count[Confirmed.DOES_NOT_PASS]:
         return Confirmed.DOES_NOT_PASS, Finding.of(kind.IMPACTS_FAILED, impacts=failed, of=len(judged))
@@ -328,8 +329,8 @@ def _overall(
         of = {"impacts": unknown, "of": len(judged), "near": near or None}
         return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, **of)
     names = tuple(other.quantity.words for other in plan.others)
-    passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit, others=names)
-    return Confirmed.PASSES, passed
+    shown: dict[str, Any] = {"limit_N": plan.limit, "others": names, "settled": settled or None}
+    return Confirmed.PASSES, Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), **shown)
 
 
 def _judged(
