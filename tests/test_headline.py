@@ -101,6 +101,10 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     plan = measure.plan
     counted = f"{measure.confirmed} of {measure.places} places spread evenly over the range"
     assert answer["sentence"].startswith("measure 4 slow states; every start and stop passes through slow")
+    assert "; ".join([answer["what"], *answer["why"]]) == answer["sentence"]
+    assert answer["what"] == "measure 4 slow states"
+    shown = client.get("/api/campaigns/down/headline?area=back_of_hand").json()["cases"][0]["rests_on"]["warnings"]
+    assert {*answer["warnings"]} - {*answer["further_warnings"]} <= {*shown}  # the headline says these
     assert f"{counted} to measure have a speed at contact now" in answer["sentence"]
     assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}

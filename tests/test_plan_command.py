@@ -445,6 +445,9 @@ def test_slow_impacts_take_the_place_of_a_confirmation_of_which_nothing_is_measu
     assert "Next, before anything is released: slow impacts; they may take speeds away" in said
     assert f"forcemap next {measured} --area back_of_hand" in said
     save(measured / "recordings" / f"{names[0]}.csv", *pulse(100.0, rate=1000.0))
+    code, answer = ask("next", measured, *HAND)  # measured, and not collected: its run stays in the plan
+    assert (code, names[0] in fm.read_plan(measured).recording.tolist()) == (2, True)
+    assert "without an impact: 6" in answer["error"]["message"]
     assert ask("collect", measured)[0] == 0
     code, answer = ask("next", measured, *HAND)
     assert (code, "states to confirm the map without an impact: 5" in answer["error"]["message"]) == (2, True)

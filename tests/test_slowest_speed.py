@@ -634,6 +634,12 @@ def test_slow_impacts_beside_the_range_or_below_a_gap_under_a_fast_map_tell_noth
         found = slow_impacts_missing(fm.fit_force_map(with_scatter(np.vstack([at, slow]), conditions, slow_as=0.2)))
         assert (found is not None) is missing, off
     corners = np.unique(at[:, :2], axis=0)[np.array([0, -1])]
+    ramp = [[d, h, v] for d in corners[:, 0] for h in corners[:, 1] for v in (0.14, 0.1)]
+    alone = np.vstack(
+        [at + np.array([0.0, 0.0, 0.2]), [[0.6, 0.2, 0.2]], ramp]
+    )  # one fitted state at 0.2 m/s, at one place
+    found = slow_impacts_missing(fm.fit_force_map(with_scatter(alone, conditions, slow_as=0.2)))
+    assert found.figure("lowest_mps") == pytest.approx(0.4)
     fast = at + np.array([0.0, 0.0, 0.2])
     stated = replace(conditions, slowest=0.4)
     for speeds, lowest in (((0.2, 0.14, 0.1), 0.4), ((0.28, 0.2, 0.14, 0.1), None)):

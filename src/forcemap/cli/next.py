@@ -180,7 +180,9 @@ def _without_early_confirmation(
     states = set() if isinstance(dataset, fm.Conditions) else set(dataset.state.tolist())
     none = states.isdisjoint(campaign.plan.state_id[confirming].tolist())
     slow = any(reason.kind is fm.FindingKind.SLOW_PLANNED for reason in answer.reasons)
-    if confirming.any() and none and slow:
+    names = set(campaign.plan.recording[confirming].tolist())
+    none &= names.isdisjoint(path.stem for path in campaign.recordings.rglob("*"))  # nor waits to be collected
+    if names and none and slow:
         plan = campaign.plan.select(~confirming)
         return replace(campaign, plan=plan), campaign.plan.recording[confirming].tolist()
     of_table = None if isinstance(dataset, fm.Conditions) else dataset

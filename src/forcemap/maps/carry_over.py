@@ -16,7 +16,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.above_bound import confirming_above, far_above, held, highest_above, points_above
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
-from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.maps.force_map import Fit, ForceMap, of_earlier
 from forcemap.maps.forms import Form, form_of
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
@@ -178,7 +178,7 @@ def _of_earlier(state: str) -> str:
 def _named_for(old_map: ForceMap) -> States:
     """The slower states of an earlier map by other names than new ones have: they are no repeats of these."""
     slower = old_map.slower
-    return replace(slower, name=tuple(f"{name} of {old_map.name}" for name in slower.name))
+    return replace(slower, name=tuple(f"{name}{of_earlier(old_map.name)}" for name in slower.name))
 
 
 def _pressure_lost(dataset: ImpactDataset) -> Finding:

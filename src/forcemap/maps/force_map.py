@@ -32,6 +32,11 @@ _GRID = 25
 between them costs no more than a note, for a bound is searched everywhere."""
 
 
+def of_earlier(name: str) -> str:
+    """What the names of slower states end with that are of an earlier map, by its name."""
+    return f" of {name}"
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """What a map was fitted to, and how well it fits.
@@ -338,7 +343,7 @@ class ForceMap:
     def own_slower(self) -> States:
         """Those of the campaign itself, without those of maps carried over, which are named for these."""
         transfer = self.fit.transfer if self.fit else None
-        earlier = tuple(f" of {each.name}" for each in (transfer.earlier if transfer else ()))
+        earlier = tuple(of_earlier(each.name) for each in (transfer.earlier if transfer else ()))
         return self.slower.select(np.array([not name.endswith(earlier) for name in self.slower.name], dtype=np.bool_))
 
     @cached_property

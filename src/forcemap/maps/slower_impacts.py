@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Mask
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import PLACE_SIZE, Quantity, States, StateTolerance
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
@@ -102,11 +102,10 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     speed, lowest = low[2:], float(low[2])
     if fit := force_map.fit:
-        begins = float(np.min(fit.states.speed[fit.states.speed >= 2 * SLOW], initial=fit.states.speed.max()))
         measured = fit.states.and_(force_map.own_slower)
         beside = np.any((measured.coordinates < low - _BESIDE) | (measured.coordinates > high + _BESIDE), axis=1)
         measured = measured.select(~beside)
-        speed, lowest = measured.speed, _lowest_without_gap(measured, begins, _SPREAD * (high - low)[:2])
+        speed, lowest = measured.speed, _lowest_without_gap(fit.states, measured, _SPREAD * (high - low)[:2])
     if lowest < SLOW + StateTolerance().speed - _ROUNDING:
         return None
     stated = float(force_map.conditions.as_stated(np.array(lowest)))
@@ -115,23 +114,26 @@ def slow_impacts_missing(force_map: ForceMap) -> Finding | None:
     return Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=lowest, **figures)
 
 
-def _lowest_without_gap(measured: States, begins: float, spread: FloatArray) -> float:
-    """How far down speeds [m/s] go from one on, each within a step of the next faster one.
+def _lowest_without_gap(fitted: States, measured: States, spread: FloatArray) -> float:
+    """How far down speeds [m/s] tell: from the fitted ones from twice SLOW on, within a step of the next faster one."""
+    lowest = _told_down_to(fitted.select(fitted.speed >= 2 * SLOW), spread) or float(fitted.speed.max())
+    speed = measured.speed
+    while slower := _told_down_to(measured.select((speed >= _STEP * lowest - _ROUNDING) & (speed < lowest)), spread):
+        lowest = slower
+    return lowest
 
-    So slow, or slower within that step, were states at SLOW_PLACES places that lie `spread` apart in distance and in
-    height [m].
+
+def _told_down_to(states: States, spread: FloatArray) -> float | None:
+    """The lowest speed [m/s] down to which states tell; None if they do not.
+
+    So slow, or slower, were states at SLOW_PLACES places that lie `spread` apart in distance and in height [m].
     """
-    at, place, speed, lowest = measured.coordinates[:, :2], measured.place, measured.speed, begins
-
-    def tells(below: Mask) -> bool:
-        return len({*place[below].tolist()}) >= SLOW_PLACES and bool(np.all(np.ptp(at[below], axis=0) >= spread))
-
-    while True:
-        near = (speed >= _STEP * lowest - _ROUNDING) & (speed < lowest)
-        slower = [each for each in np.unique(speed[near]).tolist() if tells(near & (speed <= each))]
-        if not slower:
-            return lowest
-        lowest = slower[0]
+    for speed in np.unique(states.speed).tolist():
+        slow = states.select(states.speed <= speed)
+        at = slow.coordinates[:, :2]
+        if len({*slow.place.tolist()}) >= SLOW_PLACES and np.all(np.ptp(at, axis=0) >= spread):
+            return float(speed)
+    return None
 
 
 def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:

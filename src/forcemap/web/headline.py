@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -19,7 +20,7 @@ from forcemap.assessment.place_speeds import fine_speeds
 from forcemap.campaigns.recordings_table import Use
 from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
-from forcemap.findings import FindingKind
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.planning.confirm import Confirmed
 from forcemap.speeds.basis import doubts_of_fit, unconfirmed
@@ -83,12 +84,43 @@ class Headline(Answer):
 
 
 class NextStep(Answer):
-    """What to measure next for a body area and contact: a plan, no permission."""
+    """What to measure next for a body area and contact: a plan, no permission.
+
+    `what` is what to do and `why` are its reasons, both empty where `sentence` stands whole. Of the warnings
+    `further_warnings` are those that no doubt about the map says.
+    """
 
     sentence: str
     states: list[dict[str, float]]
     command: str
     warnings: tuple[str, ...] = ()
+    what: str = ""
+    why: tuple[str, ...] = ()
+    further_warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        what: str,
+        found: fm.NextMeasurements,
+        why: Iterable[Finding],
+        path: Path,
+        states: list[dict[str, float]],
+        command: str,
+    ) -> NextStep:
+        """What to do, of what was found to measure next, and why."""
+        known = {doubt.kind for doubt in doubts_of_fit(fitted_campaign(path).force_map)}
+        further = sentences(doubt for doubt in found.warnings if doubt.kind not in known)
+        reasons = tuple(map(sentence, (*why, found.progress, *found.within)))
+        return cls(
+            sentence="; ".join([what, *reasons]),
+            states=states,
+            command=command,
+            warnings=tuple(sentences(found.warnings)),
+            what=what,
+            why=reasons,
+            further_warnings=tuple(further),
+        )
 
 
 def headline(name: str, path: Path, question: Area, limits: Limits, *, points: bool = True) -> Headline:
@@ -150,26 +182,24 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     first = f"{before}; for speeds at more places " if case.permitted and not slow else ""
     further = f"{f'{ask}; else ' if ask else first}measure {len(states)} {'slow' if slow else 'further'} states"
     why = found.reasons if slow else ()
-    said = "; ".join([further, *map(sentence, (*why, found.progress, *found.within))])
     command = _FORMS.format(name) if ask else f"forcemap next {asked}"
-    return NextStep(sentence=said, states=states, command=command, warnings=tuple(sentences(found.warnings)))
+    return NextStep.of(further, found, why, path, states, command)
 
 
 def _stop(
     name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, case: Case, found: fm.NextMeasurements
 ) -> NextStep:
     """The next step where no more is to be measured for the map: confirm its speeds, or release them."""
-    reasons = map(sentence, (*found.reasons, found.progress, *found.within))
-    said, command = f"measure nothing more for the map: {'; '.join(reasons)}", ""
+    what, command = "measure nothing more for the map", ""
     if ask := _other_form(path):
-        return NextStep(sentence=f"{ask}; {said}", states=[], command=_FORMS.format(name))
-    if case.permitted and case.confirmed_by:
-        said = f"release: {case.confirmed_by} impacts at released speeds confirm the map; {said}"
+        what, command = f"{ask}; {what}", _FORMS.format(name)
+    elif case.permitted and case.confirmed_by:
+        what = f"release: {case.confirmed_by} impacts at released speeds confirm the map; {what}"
         command = f"forcemap report {name} --area {limit.name}"
     elif case.permitted:
-        said = f"confirm the map by impacts at the speeds to be released; {said}"
+        what = f"confirm the map by impacts at the speeds to be released; {what}"
         command = f"forcemap confirm {name} --area {limit.name} --contact {contact}"
-    return NextStep(sentence=said, states=[], command=command, warnings=tuple(sentences(found.warnings)))
+    return NextStep.of(what, found, found.reasons, path, [], command)
 
 
 def _other_form(path: Path) -> str:

@@ -25,13 +25,9 @@ async function step() {
   const answer = await waited(fetch(address).then((response) => response.json()).catch(() => null));
   if (document.getElementById("next") !== place) return;
   const whole = answer?.sentence ?? answer?.error?.message ?? GONE;
-  const planned = answer?.states?.length || whole.includes("measure nothing more"); // what forbids speeds stands whole
-  const [first, ...more] = planned ? whole.split("; ") : [whole];
-  const said = Object.assign(document.createElement("p"), { textContent: first });
-  const head = (doubt) => doubt.split(/[:(]/)[0]; // the same doubt may state its speeds as commanded
-  const known = [...document.querySelectorAll("#headline .problem")].map((problem) => head(problem.textContent));
-  const doubts = (answer?.warnings ?? []).filter((warning) => !known.includes(head(warning)));
-  const parts = [said, ...why(more), ...doubts.map((textContent) => Object.assign(document.createElement("p"), { className: "problem", textContent }))];
+  const said = Object.assign(document.createElement("p"), { textContent: answer?.what || whole });
+  const doubts = answer?.what ? answer.further_warnings : (answer?.warnings ?? []);
+  const parts = [said, ...why(answer?.why ?? []), ...doubts.map((textContent) => Object.assign(document.createElement("p"), { className: "problem", textContent }))];
   if (answer?.states?.length) {
     const places = answer.states.slice(0, 4).map((state) => `${state.distance_m.toFixed(2)} m, ${state.height_m.toFixed(2)} m at ${state.speed_mps.toFixed(2)} m/s (${state.expected_force_N.toFixed(0)} N expected, at most ${state.upper_force_N.toFixed(0)} N)`);
     const others = answer.states.length - places.length;
