@@ -330,6 +330,26 @@ def test_an_altered_report_of_an_atlas_stays_and_so_do_the_others(forcemap, own)
     assert "or is of an earlier version, without a seal" in forcemap(*report, "2026-11-25")[2]
 
 
+def test_a_table_of_limits_that_all_campaigns_name_is_that_of_the_atlas(ask, own):
+    """One that another campaign does not name is not used, and each that names one says so."""
+    table = (Path(fm.__file__).parent / "limits" / "tables" / "body_areas.csv").read_text()
+    lower = re.sub(r"(?m)^(thigh_muscle,.*),220,2$", r"\g<1>,150,2", table.replace("ISO/TS 15066:2016", "the house"))
+    place = ("--distance", 0.7, "--height", 0.3, "--area", "thigh_muscle", "--contact", "quasi-static")
+    for number, name in enumerate(("down", "in", "up")):
+        (own / name / "own.csv").write_text(lower)
+        stated = own / name / "campaign.toml"
+        stated.write_text(re.sub(r"(?m)^limit_table = .*\n", "", stated.read_text()))
+        text = stated.read_text()
+        head = "[standard]\n" if "[standard]" in text else ""
+        line = 'limit_table = "own.csv"\n'
+        stated.write_text(text.replace(head, head + line) if head else f"{text}[standard]\n{line}")
+        found = ask("speed", own, *place)[1]
+        every = number == 2
+        edition = "the house" if every else "ISO/TS 15066:2016"
+        assert all(edition in " ".join(part["speed"]["assumptions"]) for part in found["maps"])
+        assert any("names the limit table own.csv" in each for each in found["warnings"]) is not every
+
+
 def test_a_campaign_without_a_map_is_said_first_and_permits_nothing(ask, forcemap, own):
     (own / "in" / "impacts.csv").unlink()
     code, found = ask("path", own, way(own), "--task", way(own, "task.toml"))

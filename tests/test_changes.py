@@ -13,6 +13,7 @@ from scipy import stats
 from scipy.spatial import ConvexHull
 
 import forcemap as fm
+from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.comparisons.censoring_effect import censoring_effect
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.words import sentence, sentences
@@ -113,6 +114,27 @@ def test_effects_that_places_share_raise_no_more_false_alarms(own, full_size):
         print(f"own {own}, {name}: {alarms / seeds:.3f} false alarms, {rises / seeds:.3f} of rises of 10 % found")
         assert alarms <= (0.06 if full_size else 0.15) * seeds
         assert rises >= (0.8 if full_size else 0.6) * seeds
+
+
+@pytest.mark.parametrize(
+    ("scenarios", "holds"),
+    [(["unconstrained"], True), (["constrained_with_clamping"], False), (["undetermined", "unconstrained"], False)],
+)
+def test_a_map_whose_robot_clamps_now_does_not_hold_whatever_the_peaks(scenarios, holds, force_map):
+    rng = np.random.default_rng(11)
+    dataset = new_impacts(rng, READABLE[::9])
+    of = [scenarios[i % len(scenarios)] for i in range(len(dataset))]
+    check = fm.check_map(force_map, replace(dataset, phase_two=phase_two(of)))
+    assert (check.outcome is fm.MapOutcome.HOLDS) is holds
+    assert ("no transient limit holds any longer" in sentence(check.reason)) is not holds
+    clamped = replace(force_map, phase_two=phase_two(["constrained_with_clamping"]))  # then it never was for one
+    assert fm.check_map(clamped, replace(dataset, phase_two=phase_two(of))).outcome is fm.MapOutcome.HOLDS
+
+
+def phase_two(scenarios):
+    """What is known of Phase II of impacts that leave 60 N."""
+    kinds = np.array([fm.ContactScenario(each) for each in scenarios], dtype=object)
+    return PhaseTwo.of(kinds, np.full(len(kinds), 60.0), np.full(len(kinds), 200.0))
 
 
 def test_figures_are_those_of_a_literal_reading(force_map):

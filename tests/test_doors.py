@@ -542,6 +542,34 @@ def test_what_is_stated_later_completes_the_conditions_and_what_was_stated_stays
     assert fm.read_dataset(cell).binding.state is BindingState.BOUND
 
 
+@pytest.mark.parametrize(("entry", "value"), [("payload_kg", 5.0), ("name", "gripper"), ("covers", "none")])
+def test_what_the_robot_is_said_to_carry_since_is_doubted_until_it_was_entered(entry, value, cell, ask, forcemap):
+    """A person fills in what the robot carries now; the impacts may have been made without it."""
+    text = (cell / "campaign.toml").read_text()
+    bare = re.sub(rf"(?m)^{entry} = .*\n", "", text)
+    (cell / "campaign.toml").write_text(bare)
+    for name in ("recordings.csv", "impacts.csv"):
+        (cell / name).unlink()
+    collect(cell)
+    place = ("--distance", 0.85, "--height", 0.25, *OPTIONS)
+    doubt = f"STATED SINCE THE RECORDINGS WERE REGISTERED, and taken as what they were measured with: tool.{entry} = "
+    assert not any(each.startswith("STATED SINCE") for each in ask("speed", cell, *place)[1]["warnings"])
+    stated = f'{entry} = "{value}"' if isinstance(value, str) else f"{entry} = {value}"
+    head = "[tool]\n" if "[tool]" in bare else ""
+    (cell / "campaign.toml").write_text(
+        bare.replace(head, head + stated + "\n") if head else f"{bare}[tool]\n{stated}\n"
+    )
+    assert any(each.startswith(f"{doubt}{value} (") for each in ask("speed", cell, *place)[1]["warnings"])
+    assert forcemap("fit", cell, "-o", cell.parent / "map.json")[0] == 0
+    assert any(each.startswith(doubt) for each in ask("speed", cell.parent / "map.json", *place)[1]["warnings"])
+    assert doubt in " ".join(forcemap("speed", cell, *place)[1].split())
+    found = ask("collect", cell)[1]
+    assert found["stated_since"].startswith(doubt)
+    assert found["stated_since"].endswith("empty its column in recordings.csv and collect again")
+    assert ask("collect", cell)[1]["stated_since"] == ""
+    assert not any(each.startswith("STATED SINCE") for each in ask("speed", cell, *place)[1]["warnings"])
+
+
 def test_a_spreadsheet_that_writes_numbers_otherwise_breaks_nothing(cell):
     table, register = cell / "impacts.csv", cell / "recordings.csv"
     for path in (table, register):

@@ -18,6 +18,7 @@ from forcemap.answers.path import PathAnswer
 from forcemap.cli.app import run
 from forcemap.cli.export import Format
 from forcemap.cli.path import path_lines
+from forcemap.dynamics.inverse_kinematics import inverse_kinematics
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.paths.atlas import Atlas, AtlasMap
 from forcemap.paths.path_file import moved_csv
@@ -115,6 +116,73 @@ def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
     rows = "".join(f"{t / 50:.3f},0.8,0,{0.44 - 0.2 * t / 50:.6f}\n" for t in range(21))
     (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}")
     assert result(capsys, "path", "ur10e", "timed.csv", *HAND)["too_fast"] is False
+
+
+@pytest.mark.parametrize(
+    ("column", "doubt"),
+    [
+        (None, "NOTHING SAYS THAT THE TIMES OF THE PATH ARE OF A RUN AT FULL SPEED"),
+        (("speed_scaling", "1.0"), None),
+        (("target_speed_fraction", "1.0"), None),
+        (("Override_%", "100"), None),
+        (("speed_scaling", "0.5"), "THE LOG MAY BE OF A SLOWED RUN"),
+        (("mode", "T1"), "NOTHING SAYS THAT THE TIMES OF THE PATH ARE OF A RUN AT FULL SPEED"),
+    ],
+)
+@pytest.mark.parametrize("joints", [False, True])
+def test_times_of_a_path_are_doubted_unless_a_column_tells_that_they_are_of_a_run_at_full_speed(
+    column, doubt, joints, capsys, tmp_path
+):
+    """As those of a log: at half the speed of its program a run looks permitted."""
+    at = np.arange(21) / 50
+    points = np.column_stack([np.full(21, 0.8), np.zeros(21), 0.44 - 0.2 * at])
+    names, rows, more = "x_m,y_m,z_m", points, ()
+    if joints:
+        robot = fm.robot_named("ur10e")
+        rows = inverse_kinematics(robot, points, tool_direction=(0.0, 0.0, -1.0)).positions
+        names = ",".join(f"joint_{i}_rad" for i in range(1, 7))
+        more = ("--robot", "ur10e", "--contact-offset-m", "0,0,0")
+    head = ",".join([names, "time_s", *(column[:1] if column else ())])
+    lines = [",".join(map(str, [*row, t, *(column[1:] if column else ())])) for row, t in zip(rows, at, strict=True)]
+    (tmp_path / "timed.csv").write_text("\n".join([head, *lines]))
+    found = result(capsys, "path", "ur10e", "timed.csv", *HAND, *more)
+    said = [each for each in found["warnings"] if "FULL SPEED" in each or "SLOWED RUN" in each]
+    assert [each.startswith(doubt) for each in said] == [True] if doubt else said == []
+
+
+@pytest.mark.parametrize("unit", ["ms", "s"])
+def test_times_in_another_unit_are_no_slow_program(unit, capsys, tmp_path):
+    rows = "".join(f"{0.8},0,{0.44 - 0.25 * t},{1000 * t if unit == 'ms' else t}\n" for t in np.arange(40) * 0.008)
+    (tmp_path / "timed.csv").write_text(f"x_m,y_m,z_m,time_s\n{rows}")
+    code = run(["path", "ur10e", "timed.csv", *HAND])
+    words = "between two rows by their times, expected 0.001 m/s and more: are the times in seconds"
+    assert (code == 2) is (unit == "ms") is (words in capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(("given", "permitted"), [("2000", False), ("51", False), ("50", True)])
+def test_an_acceleration_in_another_unit_is_refused_by_task_and_option(given, permitted, capsys, tmp_path):
+    """With 2000 a robot that brakes with 2 m/s^2 enters the segment with contact at 0.75 m/s in place of 0.31."""
+    (tmp_path / "fast.toml").write_text(TASK.replace("acceleration_mps2 = 2.0", f"acceleration_mps2 = {given}"))
+    for command in (["--task", "fast.toml"], [*HAND, "--acceleration-mps2", given]):
+        code = run(["path", "ur10e", "path.csv", *command])
+        words = f"found {given}, expected a positive number of at most 50 m/s^2 (metres, not millimetres)"
+        assert (code == 2) is not permitted
+        assert (words in capsys.readouterr().err) is not permitted
+
+
+def test_a_position_tolerance_that_stands_for_blends_is_said_to_cover_no_direction(capsys, tmp_path):
+    task = '[[segments]]\nname = "carry"\ncontact_possible = false\nspeed_mps = 0.2\n'
+    (tmp_path / "blend.toml").write_text(
+        'schema = "forcemap-task/1"\n[[segments]]\nname = "press"\nareas = ["back_of_hand"]\n'
+        f"clamping_possible = false\nspeed_mps = 0.2\n{task}"
+    )
+    rows = "0.8,0,0.42,press\n0.8,0,0.38,carry\n0.86,0,0.38,\n"
+    (tmp_path / "blend.csv").write_text(f"x_m,y_m,z_m,segment\n{rows}")
+    for tolerance, said in (("0.005", False), ("0.03", True)):
+        ask = ["path", "ur10e", "blend.csv", "--task", "blend.toml", "--position-tolerance-m", tolerance]
+        warnings = result(capsys, *ask)["warnings"]
+        corner = "the path turns by up to 90 degrees within or beside motion with contact (1 times)"
+        assert any(corner in each for each in warnings) is said
 
 
 @pytest.mark.parametrize("every_ms", [12, 20])

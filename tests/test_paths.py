@@ -699,7 +699,7 @@ def test_task_files(tmp_path):
     [
         ("forcemap-task/1", "other", "expected schema"),
         ("acceleration_mps2 = 2", "acceleration = 2", "unknown entry"),
-        ("acceleration_mps2 = 2", "acceleration_mps2 = 0", "positive finite"),
+        ("acceleration_mps2 = 2", "acceleration_mps2 = 0", "positive number of at most 50"),
         ("acceleration_mps2 = 2", "acceleration_mps2 = nan", "finite number"),
         ('"palm"', '"plam"', "no body area"),
         ("clamping_possible = false", "", "can a person be clamped"),

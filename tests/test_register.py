@@ -815,8 +815,11 @@ def test_a_campaign_that_is_entered_again_has_to_be_released_again(
     assert (back["new"], back["since"] > "") == (False, True)
 
 
-def harder(measured, folder, factor, day, near=None, firmware=""):
-    """A campaign on another day, with forces that are a factor of the first one's: of its plan, or near a place."""
+def harder(measured, folder, factor, day, near=None, firmware="", held=0.0, coarse=()):
+    """A campaign on another day, with forces that are a factor of the first one's: of its plan, or near a place.
+
+    `held`: what acts after each impact [N]; `coarse`: states whose force is thrice as much, sampled at 100 Hz.
+    """
     shutil.copytree(
         measured, folder, ignore=shutil.ignore_patterns("report*", "recordings.csv", "impacts.csv", "points")
     )
@@ -832,7 +835,10 @@ def harder(measured, folder, factor, day, near=None, firmware=""):
     plan, rng = fm.read_plan(folder), np.random.default_rng(7)
     peaks = 0.6 * factor * fm.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
     for name, peak in zip(plan.recording.tolist(), peaks.tolist(), strict=True):
-        save(folder / "recordings" / f"{name}.csv", *pulse(peak * np.exp(rng.normal(0, 0.01)), rate=1000.0, seed=2))
+        slow = any(name.startswith(state) for state in coarse)
+        force = peak * np.exp(rng.normal(0, 0.01)) * (3 if slow else 1)
+        curve = pulse(force, rate=100.0 if slow else 1000.0, held=held, seed=2)
+        save(folder / "recordings" / f"{name}.csv", *curve)
     fm.build_dataset(fm.read_campaign(folder))
     return folder
 
@@ -878,6 +884,45 @@ def test_later_impacts_of_a_cell_above_the_limit_at_a_released_speed_end_a_relea
         north = harder(measured, tmp_path / "north", factor, day)
         assert asked("enter", north)[1]["entered"][0]["new"] is False  # the same recordings
         assert in_force(asked) == [2]
+
+
+def test_later_impacts_that_clamp_or_were_sampled_too_slowly_end_a_release_of_a_transient_limit(
+    register, measured, tmp_path, asked
+):
+    """Half of the transient limit is the least that a quasi-static one has; a discarded impact read too little."""
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", west)
+    assert released(asked, west) == 1
+    kept = harder(measured, tmp_path / "kept", 0.9, TODAY, held=130.0)
+    assert {str(each) for each in fm.read_dataset(kept).scenario} == {"constrained_with_clamping"}
+    asked("enter", kept)
+    assert in_force(asked) == [1]
+    asked("enter", harder(measured, tmp_path / "held", 0.9, TODAY, held=150.0))
+    standing = asked("state", "cell-1")[1]["releases"][0]
+    assert not standing["in_force"]
+    assert any("or clamp with more than 140 N, so that no transient limit" in words for words in standing["why_not"])
+    assert released(asked, west) == 2
+    first, second = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][:2]
+    assert "at speeds that it permits, or clamp, so that no transient limit may be used" in first
+    assert second.startswith("OTHER CAMPAIGNS OF THIS CELL WERE ENTERED AFTER THE ONE THAT IT RESTS ON: kept, held.")
+    coarse = harder(measured, tmp_path / "coarse", 0.9, TODAY, near=(0.7, 0.3), coarse=("d7",))
+    used = [entry.use for entry in fm.read_campaign(coarse).entries]
+    assert {"discarded", "used"} <= {*used}
+    asked("enter", coarse)
+    assert in_force(asked) == []
+
+
+def test_a_release_that_was_not_compared_is_released_anew_and_says_so(register, measured, tmp_path, asked):
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", west)
+    assert released(asked, west) == 1
+    asked("enter", harder(measured, tmp_path / "east", 0.9, TODAY))
+    assert any("forcemap evaluate" in words for due in asked("due")[1]["due"] for words in due["findings"])
+    assert released(asked, west) == 2  # the same words as of the first, as it says
+    assert not any("evaluate" in words for due in asked("due")[1]["due"] for words in due["findings"])
+    said = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][0]
+    assert said.startswith("OTHER CAMPAIGNS OF THIS CELL WERE ENTERED AFTER THE ONE THAT IT RESTS ON: east.")
+    assert released(asked, west) == 2
 
 
 @pytest.mark.parametrize(("near", "ends"), [((0.71, 0.31), True), ((0.73, 0.31), False)])

@@ -333,6 +333,20 @@ def test_judging_says_what_it_leaves_open(upload, half_done):
     assert all(note in page for note in notes)
 
 
+def test_a_table_given_to_the_server_is_read_as_its_file_is_now(measured, tmp_path):
+    own, standard = tmp_path / "own.csv", Path(fm.__file__).parent / "limits" / "tables" / "body_areas.csv"
+    shutil.copy(standard, own)
+    with client_of(measured, limit_table=str(own)) as client:
+        before = asked(client, "ur10e/speed", area="back_of_hand", **PLACE)
+        own.write_text(re.sub(r"(?m)^(back_of_hand_.*),140,2$", r"\g<1>,100,2", own.read_text()))
+        after = asked(client, "ur10e/speed", area="back_of_hand", **PLACE)
+        assert (before["limit_N"], after["limit_N"]) == (280, 200)
+        assert after["speed_mps"] < before["speed_mps"]
+        own.unlink()
+        refused = client.get("/api/campaigns/ur10e/speed", params={"area": "back_of_hand"} | PLACE)
+        assert (refused.status_code, "own.csv" in refused.text) == (422, True)
+
+
 def test_the_limit_table_of_the_campaign_is_used_or_named(measured, tmp_path):
     folder = tmp_path / "served" / "ur10e"
     shutil.copytree(measured / "ur10e", folder)

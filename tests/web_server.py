@@ -48,12 +48,12 @@ def serving(folder, *options):
 
 
 @contextmanager
-def client_of(folder, register=None):
+def client_of(folder, register=None, limit_table=""):
     """A client of the page of a folder, served in a thread."""
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         listening.listen(64)
-        server = server_of(create_app(folder, token=TOKEN, register=register))
+        server = server_of(create_app(folder, token=TOKEN, register=register, limit_table=limit_table))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         address = f"http://127.0.0.1:{listening.getsockname()[1]}"

@@ -136,13 +136,17 @@ class CollectAnswer(Answer):
     contradictions: AllSaid
     drift: DriftAnswer | None
     not_stated: list[str]
+    stated_since: Said
     units: Said
     point_recordings: int
     files: list[str]
 
     @classmethod
-    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset) -> CollectAnswer:
-        """The answer for a campaign read after `build_dataset`, and the dataset that this returned."""
+    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset, since: Finding | None = None) -> CollectAnswer:
+        """The answer for a campaign read after `build_dataset`, and the dataset that this returned.
+
+        `since`: what was entered with its recordings that was not stated when they were registered.
+        """
         summary = campaign_summary(campaign, dataset)
         missing, used = not_entered(campaign.conditions, campaign.folder)
         entered = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED, missing=missing, recordings=used)] if missing else []
@@ -166,6 +170,7 @@ class CollectAnswer(Answer):
             drift=dataset.drift,
             repeatability=repeatability(dataset),
             disagreeing_repeats=dataset.disagreeing_repeats,
+            stated_since=since,
             units=unit_finding(dataset.conditions, dataset.states),
             point_recordings=of_points,
             files=[campaign.register_file.name, campaign.table_file.name, *[POINT_REGISTER] * bool(of_points)],

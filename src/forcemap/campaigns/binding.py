@@ -136,7 +136,8 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     mistaken = unit_of_time_finding(durations, springs, conditions.robot_mass)
     if mistaken:
         return Binding(BindingState.BROKEN, mistaken)
-    return Binding(BindingState.BOUND, _left_out(table.parent, entries, conditions.contact_site))
+    left_out, since = _left_out(table.parent, entries, conditions.contact_site), stated_since(used.values(), conditions)
+    return Binding(BindingState.BOUND, since.and_(left_out) if since and left_out else since or left_out)
 
 
 def _left_out(folder: Path, entries: Sequence[Entry], site: str) -> Finding | None:
@@ -182,6 +183,27 @@ def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Find
         return None
     changes = tuple((key, was, now, count, day) for (key, was, now, day), count in Counter(then).items())
     return Finding.of(FindingKind.CONDITION_CHANGED, changes=changes)
+
+
+def stated_since(entries: Iterable[Entry], conditions: Conditions, *, entered: bool = False) -> Finding | None:
+    """What is stated of how the robot hit, and was not when recordings were registered; None if nothing is.
+
+    `forcemap collect` has `entered` it with them, or will: a person may not have meant the recordings that are there.
+    """
+    used = [entry for entry in entries if entry.use is Use.USED]
+    both = [(entry.conditions, conditions.measured_under(entry.state_id, entry.name)) for entry in used]
+    new = Counter((key, now[key]) for then, now in both for key in _HOW_IT_HIT if now.get(key) and not then.get(key))
+    if not new:
+        return None
+    texts = tuple(f"{key} = {value} ({count} recordings)" for (key, value), count in new.items())
+    return Finding.of(FindingKind.STATED_SINCE, entries=texts, entered=entered or None)
+
+
+_HOW_IT_HIT = (
+    *(f"tool.{key}" for key in ("name", "payload_kg", "covers")),
+    *("contact.site", "contact.direction", "robot.safety_settings"),
+)
+"""Entries whose change changes the force of every impact, and which a person fills in for the robot as it stands."""
 
 
 def _changes(entry: Entry, conditions: Conditions) -> Iterator[tuple[str, str, str | None, str]]:

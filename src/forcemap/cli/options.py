@@ -269,14 +269,19 @@ class Stated:
 def campaign_table(source: str) -> TableOfLimits | None:
     """The table of limits that a campaign names, of which the folder, a recording or the impacts table is given.
 
-    None if it names none, and of several campaigns: each of these says first that its own is not used.
+    None if it names none. Of several campaigns the one that all of them name; if they name others, each says first that
+    its own is not used.
     """
     from forcemap.assessment.folder import campaign_limit_table, folder_of  # most campaigns name none
+    from forcemap.paths.atlas import atlas_names
 
-    if source.lower().endswith(".json") or several_maps(source) or (folder := folder_of(source)) is None:
-        return None
-    own = campaign_limit_table(folder, fm.read_conditions(folder / CAMPAIGN_FILE))
-    return own.table if own.file else None
+    folders: list[Path | None] = [None if source.lower().endswith(".json") else folder_of(source)]
+    if several_maps(source):
+        root, names = atlas_names(source)
+        folders = [folder if (folder := root / name).is_dir() else None for name in names]
+    named = [campaign_limit_table(each, fm.read_conditions(each / CAMPAIGN_FILE)) if each else None for each in folders]
+    own = [found.table for found in named if found is not None and found.file]
+    return own[0] if len({table.sha256 for table in own}) == 1 and len(own) == len(folders) else None
 
 
 def stated(limit: Sequence[str] | None, source: str = "") -> Stated:

@@ -8,7 +8,6 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from forcemap import read_limit_table
 from forcemap.cli.options import LimitTable
 
 
@@ -38,7 +37,7 @@ def serve(
         if register is not None:
             print(f"Then the register: {address.partition('/?')[0]}/register", file=sys.stderr, flush=True)
 
-    table = read_limit_table(limit_table) if limit_table else None
+    limits = limit_table or ""
     with suppress(KeyboardInterrupt):
-        serve_page(folder, port=port, host=host, area=area, limit_table=table, register=register, ready=ready)
+        serve_page(folder, port=port, host=host, area=area, limit_table=limits, register=register, ready=ready)
     return 0

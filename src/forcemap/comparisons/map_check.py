@@ -172,6 +172,9 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     their place (V_n: 1 on the diagonal, rho of the map within a place). Three tests share the error
     probability: the mean of r (t test, half), r as a whole (F test, a quarter), each state (t tests, Holm, a quarter).
 
+    New impacts that clamp, or are of undetermined scenario, where none of the map's is, contradict it whatever their
+    peaks: it was to hold for transient limits, too.
+
     `holds` needs more than no finding: at least 3 uncensored states inside the measured range, which would have shown
     a mean change of 10 % with 95 % probability, and no more than half of the new states left out. Otherwise nothing
     found is `cannot tell`.
@@ -212,7 +215,19 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         found = replace(found, statements=(*found.statements, said))
         if _GRAVITY.index(outcome) > _GRAVITY.index(found.outcome):
             found = replace(found, outcome=outcome, reason=said, next_step=next_step)
+    if clamps := _clamps(force_map, dataset):
+        outcome, next_step = MapOutcome.DOES_NOT_HOLD, Finding.of(FindingKind.MEASURE_NEW_MAP)
+        reason = found.reason.and_(clamps) if found.outcome is outcome else clamps
+        found = replace(found, outcome=outcome, reason=reason, next_step=next_step)
     return replace(found, error_probability=error_probability)
+
+
+def _clamps(force_map: ForceMap, dataset: ImpactDataset) -> Finding | None:
+    """That new impacts clamp, or may, where none of the map's does, so that its transient limits hold no longer."""
+    then, now = force_map.phase_two, dataset.phase_two
+    if then.barred or not now.barred:
+        return None
+    return Finding.of(FindingKind.CLAMPS_NOW, impacts=now.barred, of=len(dataset), force_N=now.largest_force)
 
 
 _GRAVITY = (MapOutcome.HOLDS, MapOutcome.CANNOT_TELL, MapOutcome.DOES_NOT_HOLD)

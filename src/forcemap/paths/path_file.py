@@ -17,7 +17,7 @@ from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError, one_line
 from forcemap.files import read_bytes
 from forcemap.findings import Finding, FindingKind
-from forcemap.paths.pose_log import read_pose_log
+from forcemap.paths.pose_log import read_pose_log, slowed_down, tells_of_speed
 from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ONE_SEGMENT, ToolPath
 from forcemap.recordings.column_map import listed
 
@@ -42,12 +42,14 @@ _OTHER_UNIT = re.compile(
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
 
 # How finely a joint motion is cut into straight pieces (docs/decisions.md).
+_SLOWEST = 0.001  # [m/s] by the times of a path; a choice: a whole program that is slower has them in another unit
 _STRAIGHT = 1e-4  # [m]; how far it may bend away from a piece
 _TURNING = 1.0  # [deg]; how far it should at most point away from a piece
 _MOST_FOR_TURNING = 200  # pieces of a row that are spent on that
 _TURN, _SLIDE = np.radians(5.0), 0.01  # [rad], [m]; the most that a joint moves in a piece
 
 _JOINT_ROUNDING = 1e-6  # [rad], [m]; by which a rounded position may exceed the limit of a joint
+_JOINT_STANDING = 2e-5  # [m]; motion that is shorter points anywhere, by that rounding
 _FULL_TURNS = 4 * np.pi  # [rad]; a larger figure is in degrees
 
 
@@ -59,7 +61,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_to_point_mps`, the programmed
     speed of the contact point on the motion to the point, or `speed_from_point_mps`, on that from it, or `speed_mps`,
     where the file does not say whether it is that of the motion to a point or from it: then a motion has the faster of
-    its two points' speeds, where the task's counts for an empty cell. A scaling file (`forcemap export-path`) is read
+    its two points' speeds, where the task's counts for an empty cell. Beside times a column such as `speed_scaling` may
+    tell that they are of a run at full speed. A scaling file (`forcemap export-path`) is read
     as its pieces at their commanded speeds.
 
     Parameters
@@ -122,7 +125,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         if joints:
             bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_one)
             bent = replace(bent, of_flange=robot is not None and not np.any(robot.contact_offset))
-            return replace(bent, end_name=end_name, speeds_of=motion, doubts=_way_back(table, bent.points))
+            return replace(bent, end_name=end_name, speeds_of=motion, doubts=_doubts(table, bent.points))
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -131,8 +134,15 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
     straight = _path_through(points, (*names, ""), time, str(path), speeds)
-    doubts = _way_back(table, straight.points)
+    doubts = _doubts(table, straight.points)
     return replace(straight, by_one=by_one, end_name=end_name, speeds_of=motion, doubts=doubts)
+
+
+def _doubts(table: Table, points: FloatArray) -> tuple[Finding, ...]:
+    """What has to be known of the speeds of a path, by how it states them."""
+    told = [(name, cells) for name, cells in table.columns.items() if tells_of_speed(name)]
+    slowed = slowed_down(told, decimal=",", log=False) if _TIME in table.columns else ()
+    return (*_way_back(table, points), *slowed)
 
 
 def _way_back(table: Table, points: FloatArray) -> tuple[Finding, ...]:
@@ -208,6 +218,9 @@ def _paced(path: ToolPath) -> ToolPath:
             f"{found}; times are in seconds, positions in metres, and a log of other units states them (--column "
             "time_unit=ms, length_unit=mm)"
         )
+    if speeds.max() < _SLOWEST:
+        found = f"path: found at most {speeds.max():.2g} m/s between two rows by their times, expected {_SLOWEST:g} m/s"
+        raise InputError(f"{found} and more: are the times in seconds (of a log: --column time_unit=ms)?")
     return path
 
 
@@ -249,7 +262,7 @@ def path_csv(path: ToolPath) -> str:
 
 
 def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
-    known = {*layout, *_OPTIONAL}
+    known = {*layout, *_OPTIONAL, *(filter(tells_of_speed, table.columns) if _TIME in table.columns else ())}
     unknown = sorted((name for name in table.columns if name not in known), key=lambda n: not _OTHER_UNIT.fullmatch(n))
     if unknown and _OTHER_UNIT.fullmatch(unknown[0]):
         raise TableError(
@@ -314,7 +327,8 @@ def _joint_path(
     if not (np.isfinite(clock).all() and np.all(np.diff(clock) > 0)):
         raise InputError("path: expected times that are finite and rise from row to row")
     times = np.append(clock[row] + np.diff(clock)[row] * share, clock[-1])
-    path = ToolPath.timed(points, (*(names[i] for i in row), ""), times, table.file, rows=np.append(row, row[-1]))
+    of_rows = np.append(row, row[-1])
+    path = ToolPath.timed(points, (*(names[i] for i in row), ""), times, table.file, of_rows, standing=_JOINT_STANDING)
     assert path.rows is not None
     # An arc of height e leaves its chord l at most by the angle whose sine is 4 e / l.
     ratio = 4 * (bend / (8 * counts**2))[path.rows] / path.lengths

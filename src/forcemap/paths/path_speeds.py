@@ -24,7 +24,7 @@ from forcemap.paths.matched_maps import MatchedMaps, matched_maps
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import CORNER_ANGLE, ToolPath
-from forcemap.speeds.allowance import Allowance
+from forcemap.speeds.allowance import POSITION_TOLERANCE, Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
 from forcemap.speeds.zones import Segments
@@ -324,6 +324,7 @@ def _path_speeds(
             *matched.named_late(path),
             *matched.beside,
             *_rows_apart(path, excluded, task.acceleration, allowance),
+            *_blended(path, excluded, allowance),
         ),
     )
 
@@ -335,6 +336,16 @@ def _rows_apart(path: ToolPath, excluded: Mask, acceleration: float, allowance: 
         figures = {"beside_m": beside, "apart_s": apart, "acceleration_mps2": acceleration}
         needed = math.sqrt(8 * allowance.position / acceleration)
         yield Finding.of(FindingKind.ROWS_APART, **figures, tolerance_m=allowance.position, needed_s=needed)
+
+
+def _blended(path: ToolPath, excluded: Mask, allowance: Allowance) -> Iterator[Finding]:
+    """That a stated position tolerance covers no corner of a motion with contact that the robot blends."""
+    ahead, after = path.directions[:-1], path.directions[1:]
+    turn = np.degrees(2 * np.arctan2(np.linalg.norm(ahead - after, axis=1), np.linalg.norm(ahead + after, axis=1)))
+    corners = turn[(turn > CORNER_ANGLE) & ~(excluded[:-1] & excluded[1:])]
+    if allowance.position > POSITION_TOLERANCE and corners.size:
+        figures = {"tolerance_m": allowance.position, "corners": corners.size, "turn_deg": corners.max()}
+        yield Finding.of(FindingKind.CORNERS_BLENDED, **figures)
 
 
 def _say_off_direction(strictest: _Strictest, path: ToolPath, matched: MatchedMaps) -> None:

@@ -44,7 +44,8 @@ _OVERRIDE = re.compile(
 )
 _NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, what it may be
 _NOT_OF_SPEED = re.compile(
-    r"acc|force|torque|jog|max|min|limit|enable|status|active|mode|conv|belt|achse|axis|joint|(?<![a-z])id(?![a-z])|on$",
+    r"acc|force|torque|jog|max|min|limit|enable|status|active|mode|conv|belt|achse|axis|joint|"
+    r"(?<![a-z])id(?![a-z])|(?<!ti)on$",
     re.IGNORECASE,
 )
 _MODE = re.compile(r"mode|betriebsart", re.IGNORECASE)
@@ -89,33 +90,46 @@ def read_pose_log(
             _refuse_slow(time, "sampling_rate_Hz", "sampling_rate_Hz")
     except RecordingError as error:
         raise TableError(error.message, file=file, row=error.row, column=error.column) from None
-    slowed = tuple(_slowed(lines, layout)) if time is not None else ()
-    return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None, slowed
+    told = [i for i, name in enumerate(layout.names) if tells_of_speed(name)] if time is not None else []
+    cells = [cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines() if told]
+    shares = [(layout.names[i], [row[i] for row in cells if i < len(row)]) for i in told]
+    doubts = tuple(slowed_down(shares, decimal=layout.decimal, log=True)) if time is not None else ()
+    return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None, doubts
 
 
-def _slowed(lines: bytes, layout: Layout) -> Iterator[Finding]:
-    """That columns of the log, which are not read, say that the run was slowed down, in shares or in percent, or that
-    none says that it was not."""
-    told, lowest = False, {}
-    shares = (i for i, name in enumerate(layout.names) if _OVERRIDE.search(name) and not _NO_SHARE.search(name))
-    for column in shares:
-        rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines())
-        cells = [row[column] for row in rows if column < len(row)]
+def tells_of_speed(name: str) -> bool:
+    """Whether a column has the share of full speed that a robot ran at, or its mode of operation."""
+    return bool(_MODE.search(name) or (_OVERRIDE.search(name) and not _NO_SHARE.search(name)))
+
+
+def slowed_down(columns: Sequence[tuple[str, Sequence[str]]], *, decimal: str, log: bool) -> Iterator[Finding]:
+    """That columns beside the times of a motion say that it was slowed down, in shares or in percent, or that none says
+    that it was not.
+
+    Parameters
+    ----------
+    columns : sequence of (str, sequence of str)
+        Name and cells of each column that `tells_of_speed`.
+    decimal : str
+        The decimal sign of their numbers.
+    log : bool
+        True of a log as a controller writes it, False of a path file with times.
+    """
+    whole, lowest = False, {}
+    for name, cells in columns:
+        if not _OVERRIDE.search(name) or _NO_SHARE.search(name):
+            continue
         numbers = [cell for each in cells if is_number(cell := each.replace("%", "").strip())]
-        moving = [share for cell in numbers if (share := float(cell.replace(layout.decimal, "."))) > 0]
-        percent = _PERCENT.search(layout.names[column] + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
+        moving = [share for cell in numbers if (share := float(cell.replace(decimal, "."))) > 0]
+        percent = _PERCENT.search(name + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
         full = 100.0 if percent else 1.0
-        whole = bool(moving) and _FULL * full <= min(moving) and max(moving) <= _MOST_SHARE * full
-        told |= whole and not _NOT_OF_SPEED.search(layout.names[column])
+        all_full = bool(moving) and _FULL * full <= min(moving) and max(moving) <= _MOST_SHARE * full
+        whole |= all_full and not _NOT_OF_SPEED.search(name)
         if moving and min(moving) < _FULL * full:
-            lowest[layout.names[column]] = min(moving) / full
-    modes = [i for i, name in enumerate(layout.names) if _MODE.search(name)]
-    rows = (cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines() if modes)
-    by_hand = any(
-        row[i].strip().strip('#"').casefold() in _NOT_AUTOMATIC for row in rows for i in modes if i < len(row)
-    )
-    if by_hand or not (told or lowest):
-        yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD)
+            lowest[name] = min(moving) / full
+    modes = {cell.strip().strip('#"').casefold() for name, cells in columns if _MODE.search(name) for cell in cells}
+    if modes & _NOT_AUTOMATIC or not (whole or lowest):
+        yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD, log=log or None)
     if lowest:
         yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))
 

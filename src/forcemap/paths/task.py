@@ -25,6 +25,10 @@ SCHEMA = "forcemap-task/1"
 ACCELERATION = 1.0
 """Largest acceleration along a path, unless stated [m/s^2]; a choice that every answer prints."""
 
+MOST_ACCELERATION = 50.0
+"""Largest acceleration that a task may state [m/s^2]; a choice: more is millimetres, and a robot then brakes as it
+cannot."""
+
 _AXES, _FARTHEST = 3, 3.0  # of an offset; [m], farther is no part of a tool
 _NEAREST = 3  # names that a message proposes
 _SHARED = ("direction", "contact_site", "tool", "safety_settings")
@@ -112,8 +116,9 @@ class Task:
         names = [segment.name for segment in self.segments]
         if not names or len(set(names)) != len(names):
             raise InputError("task: expected at least one segment, and different names")
-        if not 0 < self.acceleration < math.inf:
-            raise InputError(f"acceleration: found {self.acceleration:g}, expected a positive finite number of m/s^2")
+        if not 0 < self.acceleration <= MOST_ACCELERATION:
+            expected = f"expected a positive number of at most {MOST_ACCELERATION:g} m/s^2 (metres, not millimetres)"
+            raise InputError(f"acceleration: found {self.acceleration:g}, {expected}", file=self.source or None)
         _require_payload(self.payload)
         _require_offsets(self.site_offsets)
         if self.contact_sites and "contact_site" in self.conditions:

@@ -136,15 +136,23 @@ class ToolPath:
 
     @classmethod
     def timed(
-        cls, points: FloatArray, names: tuple[str, ...], time: FloatArray, source: str = "", rows: Indices | None = None
+        cls,
+        points: FloatArray,
+        names: tuple[str, ...],
+        time: FloatArray,
+        source: str = "",
+        rows: Indices | None = None,
+        *,
+        standing: float = _STANDING,
     ) -> Self:
-        """A path from time-stamped points, one name and row each; points at which the program stands become waits."""
+        """A path from time-stamped points, one name and row each; points at which the program stands, within `standing`
+        [m] of the first, become waits."""
         if len(points) < 2 or not (np.isfinite(points).all() and np.isfinite(time).all() and np.all(np.diff(time) > 0)):
             raise InputError("path: expected at least two finite points, and times that are finite and rise")
         arrival, departure = [0], [0]  # the rows at which the program reaches and leaves each point
         unseen = [0.0]
         for row in range(1, len(points)):
-            if np.linalg.norm(points[row] - points[arrival[-1]]) < _STANDING:
+            if np.linalg.norm(points[row] - points[arrival[-1]]) < standing:
                 departure[-1] = row
                 unseen[-1] = max(unseen[-1], float(time[row] - time[row - 1]))
             else:

@@ -1,4 +1,4 @@
-"""Impacts of a cell above the limit of a release at speeds that it permits where they were measured."""
+"""Impacts of a cell above the limit of a release, or that clamp, at speeds that it permits where they were measured."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, select
+from sqlalchemy import ColumnElement, Connection, case, or_, select
 
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.state import PLACE_SIZE
+from forcemap.errors import few
 from forcemap.findings import Finding, FindingKind
+from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR
+from forcemap.limits.force_limits import Contact
 from forcemap.register.enter import same_campaign
 from forcemap.register.in_force import DEVICE, KINDS
 from forcemap.register.tables import CAMPAIGNS, IMPACTS, RELEASES, USES
 from forcemap.speeds.allowance import Allowance
 
 _CELL = CAMPAIGNS.c.cell_id == RELEASES.c.cell_id
-_NOT_COUNTED = [str(use) for use in (Use.EXCLUDED, Use.DISCARDED, Use.UNREADABLE)]
+_NOT_COUNTED = [str(use) for use in (Use.EXCLUDED, Use.UNREADABLE)]  # one that was discarded may have read too little
 _ANY = IMPACTS.c.whole.in_((0, 1)) & IMPACTS.c.use.not_in(_NOT_COUNTED)  # the index begins with the first column
 _OVERSHOOT = Allowance().speed + 1e-9  # with what rounding leaves of a speed [m/s]
 POINT = "point "
@@ -38,7 +41,10 @@ def contradicted_since(connection: Connection, *which: ColumnElement[bool]) -> d
     """What impacts that were entered after releases say against them, by the release."""
     query = select(RELEASES.c.id, *_OF_IMPACT).join_from(RELEASES, CAMPAIGNS, _CELL)
     query = query.join(IMPACTS, IMPACTS.c.campaign_id == CAMPAIGNS.c.id + 0)  # + 0: campaigns first, then their impacts
-    later = (CAMPAIGNS.c.entry > RELEASES.c.entry) & _ANY & (IMPACTS.c.largest_N > RELEASES.c.limit_N)
+    limit, transient = RELEASES.c.limit_N, RELEASES.c.contact.contains(Contact.TRANSIENT)
+    least = case((transient, limit / MAX_TRANSIENT_FACTOR), else_=limit)
+    exceeds = or_(IMPACTS.c.largest_N > limit, IMPACTS.c.phase2_force_N > least)
+    later = (CAMPAIGNS.c.entry > RELEASES.c.entry) & _ANY & (IMPACTS.c.largest_N > least) & exceeds  # by the index
     rows = connection.execute(query.where(later, *which).order_by(RELEASES.c.id)).all()
     found: dict[int, Finding] = {}
     for number, above in groupby(rows, key=lambda row: row.id):
@@ -59,8 +65,18 @@ def contradicts(connection: Connection, values: Mapping[str, Any]) -> Finding | 
     """
     query = select(*_OF_IMPACT).join_from(IMPACTS, CAMPAIGNS).where(CAMPAIGNS.c.cell_id == values["cell_id"])
     own = select(IMPACTS.c.recording_id).join(USES).where(USES.c.campaign_id == values["campaign_id"])
-    query = query.where(_ANY, IMPACTS.c.largest_N > values["limit_N"], IMPACTS.c.recording_id.not_in(own))
+    exceeds = or_(IMPACTS.c.largest_N > values["limit_N"], IMPACTS.c.phase2_force_N > _held(values))
+    query = query.where(_ANY, exceeds, IMPACTS.c.recording_id.not_in(own))
     return _above(FindingKind.RELEASED_CONTRADICTED, values, connection.execute(query))
+
+
+def entered_after(connection: Connection, campaign: int) -> Finding | None:
+    """That other campaigns of its cell were entered after one; None if none was."""
+    own, other = CAMPAIGNS, CAMPAIGNS.alias()
+    later = (other.c.cell_id == own.c.cell_id) & (other.c.entry > own.c.entry) & ~same_campaign(other)
+    query = select(other.c.name).join_from(own, other, later).where(own.c.id == campaign).order_by(other.c.id)
+    names = tuple(dict.fromkeys(connection.execute(query).scalars()))
+    return Finding.of(FindingKind.RELEASED_NOT_COMPARED, campaigns=few(names)) if names else None
 
 
 def campaigns_since(connection: Connection, *which: ColumnElement[bool]) -> dict[int, tuple[str, ...]]:
@@ -76,29 +92,36 @@ def campaigns_since(connection: Connection, *which: ColumnElement[bool]) -> dict
 
 
 def _above(kind: FindingKind, of: Mapping[str, Any], impacts: Iterable[Any]) -> Finding | None:
-    """The finding of the impacts that a release, `of` its columns, permits the speed of, by the largest force.
+    """The finding of the impacts that a release, `of` its columns, permits the speed of, by the one furthest above.
 
     Earlier ones than its own count if they were made under the same conditions; one whose speed is not known is slow.
     """
-    speeds, limit = json.loads(of["speeds"]), of["limit_N"]
+    speeds, limit, held = json.loads(of["speeds"]), of["limit_N"], _held(of)
     counted = [each for each in impacts if _counts(each, of)]
-    permitted = ((each, _force(each), _permitted(of["subject"], speeds, each)) for each in counted)
-    above = [
-        (each, force, to) for each, force, to in permitted if force > limit and to and (each.speed_mps or 0.0) <= to
-    ]
+    permitted = ((each, _permitted(of["subject"], speeds, each)) for each in counted)
+    at_permitted = [(each, to) for each, to in permitted if to and (each.speed_mps or 0.0) <= to]
+    shares = [max(_force(each) / limit, (each.phase2_force_N or 0.0) / held) for each, _ in at_permitted]
+    above = [(share, each, to) for share, (each, to) in zip(shares, at_permitted, strict=True) if share > 1]
     if not above:
         return None
-    worst, force, to = max(above, key=lambda each: each[1])
+    _, worst, to = max(above, key=lambda each: each[0])
+    force = _force(worst)
     return Finding.of(
         kind,
         impacts=len(above),
         campaign=worst.name,
         state=worst.state_id,
-        force_N=force,
+        force_N=force if force > limit else worst.phase2_force_N,
+        held_N=None if force > limit else held,
         speed_mps=worst.speed_mps,
         permitted_mps=round(to - _OVERSHOOT, 3),
         limit_N=limit,
     )
+
+
+def _held(of: Mapping[str, Any]) -> float:
+    """Largest Phase II force [N] beside a release: of a transient limit the least that a quasi-static one has of it."""
+    return float(of["limit_N"]) / (MAX_TRANSIENT_FACTOR if Contact.TRANSIENT in of["contact"] else 1.0)
 
 
 def _counts(impact: Any, of: Mapping[str, Any]) -> bool:

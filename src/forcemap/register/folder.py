@@ -126,13 +126,18 @@ class CampaignContent:
 
     def _planned(self) -> list[tuple[Entry, dict[str, Any]]]:
         places: dict[str, tuple[Any, ...]] = {}
+        plan = self.campaign.plan
+        at = zip(plan.distance.tolist(), plan.height.tolist(), plan.speed.tolist(), strict=True)
+        planned = dict(zip(plan.state_id.tolist(), at, strict=True))
         if (table := self.dataset) is not None:
             columns = (table.distance, table.height, table.stated_speed, table.censored)
             rows = zip(*(column.tolist() for column in columns), strict=True)
             places = dict(zip(table.recording.tolist(), rows, strict=True))
         found = []
         for entry in self.campaign.entries:
-            distance, height, speed, censored = places.get(entry.name, (None, None, entry.speed, True))
+            *where, fast = planned.get(entry.state_id, (None, None, math.nan))
+            there = *where, fast if math.isnan(entry.speed) else entry.speed, True  # of one that is not used
+            distance, height, speed, censored = places.get(entry.name, there)
             whole = entry.use is Use.USED and not censored
             found.append((entry, _values(entry, whole) | {"distance_m": distance, "height_m": height}))
             found[-1][1]["speed_mps"] = _figure(speed)

@@ -27,7 +27,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.slower_impacts import slow_impacts_missing
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
-from forcemap.register.contradicted import POINT, contradicted_since, contradicts
+from forcemap.register.contradicted import POINT, contradicted_since, contradicts, entered_after
 from forcemap.register.enter import cells_with, entered_before, facts_of, require_cell, same_campaign
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import DEVICE, Fact, Released, failed
@@ -157,8 +157,8 @@ def release(
         found = _measured_for(_beside_points(found, of_points, listed=bool(content.points)), content)
         values = _values(content, found, file_sha256(written)) | {"valid_until": until}
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
-        if against := contradicts(connection, values):
-            values["speeds"] = _said_first(found, [against]).as_json
+        against = contradicts(connection, values), entered_after(connection, values["campaign_id"])
+        values["speeds"] = _said_first(found, [*filter(None, against)]).as_json
         also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
         earlier = _before(connection, values)
 

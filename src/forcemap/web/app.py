@@ -10,12 +10,13 @@ from fastapi.responses import JSONResponse, Response
 from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
-from forcemap import ForcemapError, LimitTable, __version__
+from forcemap import ForcemapError, __version__
 from forcemap.answers.error import ErrorAnswer
 from forcemap.web.admission import is_api
 from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
 from forcemap.web.intake import Intake
+from forcemap.web.limits import GivenTable
 from forcemap.web.pages import page_router, problem_page
 from forcemap.web.point_routes import point_router
 from forcemap.web.request_error import RequestError, status_of
@@ -32,9 +33,7 @@ _LONGEST_SHOWN = 80
 """Characters of a wrong input that an error repeats; a choice: the error stays one line."""
 
 
-def create_app(
-    folder: str | Path, *, token: str, limit_table: LimitTable | None = None, register: str | None = None
-) -> FastAPI:
+def create_app(folder: str | Path, *, token: str, limit_table: str = "", register: str | None = None) -> FastAPI:
     """The web application for a campaign's folder, or a folder of such folders.
 
     Parameters
@@ -43,8 +42,8 @@ def create_app(
         What is shown; nothing outside it is read or written.
     token : str
         What every request must carry.
-    limit_table : LimitTable, optional
-        Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
+    limit_table : str, optional
+        File of a table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
     register : str, optional
         The team's register, whose pages are then there, too.
 
@@ -54,7 +53,8 @@ def create_app(
         There is no such folder, or no such register.
     """
     served = Folder(folder)
-    site = Site(served, Intake(served, limit_table), WorkQueue(), limit_table)
+    given = GivenTable(limit_table)
+    site = Site(served, Intake(served, given), WorkQueue(), given)
     app = FastAPI(
         title="forcemap",
         version=__version__,

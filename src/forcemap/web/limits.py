@@ -23,6 +23,24 @@ NO_AREA = (
 
 
 @dataclass(frozen=True)
+class GivenTable:
+    """The table of limits given to the server, if any; its file is read anew for each answer, as all files are.
+
+    Parameters
+    ----------
+    file : str
+        Empty without one.
+    """
+
+    file: str = ""
+
+    @property
+    def table(self) -> fm.LimitTable | None:
+        """The table as its file is now; None without one. `InputError` if it cannot be used."""
+        return fm.read_limit_table(self.file) if self.file else None
+
+
+@dataclass(frozen=True)
 class Limits:
     """A table of limits, what is to be said of it, and whose limits are asked for where a question names no body area.
 

@@ -18,6 +18,7 @@ from forcemap.answers.comparison import Body
 from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.exports.robot_table import ZONE_SIZE
 from forcemap.maps.bounds import Bound
+from forcemap.paths.task import MOST_ACCELERATION
 
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
@@ -167,7 +168,7 @@ class PathQuestion(Allowing):
     )
     programmed_mps: MetresPerSecond | None = Field(None, description="Programmed speed, if any.")
     acceleration_mps2: float = Field(
-        fm.Task.acceleration, gt=0, le=100, allow_inf_nan=False, description="Along the path."
+        fm.Task.acceleration, gt=0, le=MOST_ACCELERATION, allow_inf_nan=False, description="Along the path."
     )
 
     @property

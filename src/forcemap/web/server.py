@@ -14,11 +14,12 @@ from urllib.parse import urlencode
 import uvicorn
 from fastapi import FastAPI
 
-from forcemap import InputError, LimitTable, force_limit
+from forcemap import InputError, force_limit
 from forcemap.web.admission import TOKEN, new_token
 from forcemap.web.app import create_app
 from forcemap.web.connection import Connection
 from forcemap.web.folder import Folder
+from forcemap.web.limits import GivenTable
 from forcemap.web.overview import overview
 from forcemap.web.question import Area
 
@@ -37,7 +38,7 @@ def serve(
     port: int,
     host: str,
     area: str | None = None,
-    limit_table: LimitTable | None = None,
+    limit_table: str = "",
     register: str | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:
@@ -53,8 +54,8 @@ def serve(
         127.0.0.1 or localhost; no other machine may reach the page.
     area : str, optional
         Body area or region with which the page opens; if not given, that of the first contact point, or it asks.
-    limit_table : LimitTable, optional
-        Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
+    limit_table : str, optional
+        File of a table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
     register : str, optional
         The team's register, to be shown as well.
     ready : callable, optional
@@ -63,15 +64,16 @@ def serve(
     Raises
     ------
     InputError
-        Another address, a port that is taken, no such folder, body area or register.
+        Another address, a port that is taken, no such folder, body area, table or register.
     """
-    opened = {} if area is None else {"area": force_limit(area, table=limit_table).name}
+    table = GivenTable(limit_table).table
+    opened = {} if area is None else {"area": force_limit(area, table=table).name}
     if host not in (LOOPBACK, "localhost"):
         raise InputError(f"host: found {host!r}, expected {LOOPBACK}; the page stays on this machine")
     token = new_token()
     app = create_app(folder, token=token, limit_table=limit_table, register=register)
     served = Folder(folder)
-    warmed = partial(overview, served, limit_table, Area.model_validate(opened))
+    warmed = partial(overview, served, table, Area.model_validate(opened))
     threading.Thread(target=warmed, daemon=True).start()  # the first page waits for less
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

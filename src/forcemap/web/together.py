@@ -14,6 +14,7 @@ from forcemap.answers.atlas import AtlasMapAnswer
 from forcemap.answers.path import PathAnswer
 from forcemap.campaigns.campaign import campaign_folders
 from forcemap.paths.atlas import ATLAS_FILE, Atlas, AtlasMap
+from forcemap.paths.task import MOST_ACCELERATION
 from forcemap.web.campaign_map import LONGEST_PATH
 from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.limits import Limits, limits_of
@@ -39,7 +40,7 @@ class WayQuestion(Allowing):
     payload_kg: float | None = Field(None, ge=0, le=10_000, allow_inf_nan=False, description="Payload, likewise.")
     programmed_mps: MetresPerSecond | None = Field(None, description="Programmed speed, if any.")
     acceleration_mps2: float = Field(
-        fm.Task.acceleration, gt=0, le=100, allow_inf_nan=False, description="Along the path."
+        fm.Task.acceleration, gt=0, le=MOST_ACCELERATION, allow_inf_nan=False, description="Along the path."
     )
 
     @property
@@ -101,6 +102,7 @@ def together(site: Site) -> tuple[Atlas, Limits]:
             campaign = AtlasMap(name, conditions, None, error, folder)
         found.append(campaign)
         limits = limits_of(folder, site.table)
+        limits.required()
         tables[limits.used.sha256] = limits
         areas |= {*limits.areas}
     if len(tables) > 1:
