@@ -585,4 +585,8 @@ def _require_measured(force_map: ForceMap, newtons: Any) -> None:
                 f"the largest force measured less the device's error of {error:g} N, for the device range is not stated"
             )
             raise InputError(f"{found}, {said}; {way}")
-        raise InputError(f"{found}, the device range less its error of {error:g} N; nothing above was ever measured")
+        whole = force_map.conditions.device.range
+        what = "the device range"
+        if whole > force_map.highest_force:
+            what = f"the force at which impacts look cut off, below the device range of {whole:g} N (collect names them),"
+        raise InputError(f"{found}, {what} less its error of {error:g} N; nothing above was ever measured")
