@@ -64,7 +64,9 @@ def collect(
     since = stated_since(before.entries, before.conditions, entered=True)
     campaign, dataset = _collect(folder)
     confirming = campaign.plan.state_id[ConfirmationPlan.among(campaign.plan)]
-    after = f"Next: forcemap fit {folder} tells how good its map is; speed, report and export give its speeds"
+    after = (
+        f"Next: forcemap fit {folder} tells how good its map is, next what to measure; then confirm, report and export"
+    )
     if np.isin(confirming, dataset.state).any():
         after = f"Next: forcemap confirm {folder}, with the same area and contact as when it was planned"
     if 2 * sum(entry.use is not Use.USED for entry in campaign.entries) > len(campaign.entries):

@@ -273,10 +273,11 @@ def campaign_table(source: str) -> TableOfLimits | None:
     its own is not used.
     """
     from forcemap.assessment.folder import campaign_limit_table, folder_of  # most campaigns name none
-    from forcemap.paths.atlas import atlas_names
 
     folders: list[Path | None] = [None if source.lower().endswith(".json") else folder_of(source)]
     if several_maps(source):
+        from forcemap.paths.atlas import atlas_names
+
         root, names = atlas_names(source)
         folders = [folder if (folder := root / name).is_dir() else None for name in names]
     named = [campaign_limit_table(each, fm.read_conditions(each / CAMPAIGN_FILE)) if each else None for each in folders]

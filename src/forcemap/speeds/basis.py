@@ -588,5 +588,7 @@ def _require_measured(force_map: ForceMap, newtons: Any) -> None:
         whole = force_map.conditions.device.range
         what = "the device range"
         if whole > force_map.highest_force:
-            what = f"the force at which impacts look cut off, below the device range of {whole:g} N (collect names them),"
+            what = (
+                f"the force at which impacts look cut off, below the device range of {whole:g} N (collect names them),"
+            )
         raise InputError(f"{found}, {what} less its error of {error:g} N; nothing above was ever measured")
