@@ -181,7 +181,8 @@ class TestCollect:
 
     def test_what_bars_every_speed_comes_before_the_next_step(self, forcemap, tmp_path):
         folder = write_campaign(tmp_path / "campaign", toml=STATED)
-        last = f"Next: forcemap fit {folder} tells how good its map is, next what to measure; then confirm, report and export"
+        last = f"Next: forcemap fit {folder} tells how good its map is, next what to measure; then confirm, report "
+        last += "and export"
         assert " ".join(forcemap("collect", folder)[1].split()).endswith(last)
         toml = (folder / "campaign.toml").read_text()
         (folder / "campaign.toml").write_text(toml.replace('"down"', '"outward"'))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 from oracle import PRINTED, full_grid, simulate, training_grid
+from scipy.stats import ttest_1samp
 
 from forcemap import (
     CFM_2D,
@@ -26,6 +27,7 @@ from forcemap import (
     leave_one_state_out,
 )
 from forcemap.comparisons.forms import COMPARED_FORMS, EUCLIDEAN_2D, compare_forms
+from forcemap.maps.accuracy import left_out_predictions
 from forcemap.words import sentence, sentences
 
 EFFECTS = dict(zip(PRINTED, (0.022, 0.033, 0.021), strict=True))
@@ -251,6 +253,31 @@ def test_a_form_that_is_worse_where_the_device_was_saturated_is_not_recommended(
     assert results["CFM_2D"].censored_underestimation_percent > 0
     whole = compare_forms(campaign("ur10e", device_range=2000.0))
     assert {each.censored_underestimation_percent for each in whole.results} == {0.0}
+
+
+@pytest.mark.parametrize("place_effect", [0.0, 0.03])
+def test_p_values_are_those_of_paired_t_tests_state_by_state_and_place_by_place(place_effect):
+    """By scipy, from predictions of fits without a state, or without a place."""
+    dataset = campaign(device_range=2000.0)
+    keys = np.round(np.column_stack([dataset.distance, dataset.height]), 6)
+    _, place = np.unique(keys, axis=0, return_inverse=True)
+    shared = np.exp(place_effect * np.random.default_rng(5).standard_normal(place.max() + 1))[place]
+    dataset = replace(dataset, peak_force=dataset.peak_force * shared)
+    forms = (CFM_3D, LOG_SPEED)
+    (found,) = [each for each in compare_forms(dataset, forms=forms).results if each.form == LOG_SPEED]
+    errors = {}
+    for form in forms:
+        whole = fit_force_map(dataset, form=form)
+        states = whole.require_fit().states
+        for of, groups in (("state", None), ("place", states.place)):
+            left_out = np.log(left_out_predictions(whole, *([groups] if groups is not None else [])))
+            errors[form, of] = left_out - states.log_force
+    gain = {of: errors[CFM_3D, of] ** 2 - errors[LOG_SPEED, of] ** 2 for of in ("state", "place")}
+    by_place = [gain["place"][states.place == each].sum() for each in np.unique(states.place)]
+    p_state, p_place = (ttest_1samp(each, 0, alternative="greater").pvalue for each in (gain["state"], by_place))
+    assert found.p_better == pytest.approx(p_state, rel=1e-6)
+    assert found.p_better_at_places == pytest.approx(p_place, rel=1e-6)
+    assert p_state != pytest.approx(p_place, rel=0.1)
 
 
 def test_what_cannot_be_compared_is_refused():

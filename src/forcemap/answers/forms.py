@@ -23,6 +23,7 @@ class FormAnswer(Answer):
     rises_inside: bool
     rises_above: bool
     p_better: Figure
+    p_better_at_places: Figure
     covered: bool
     note: Joined = of("notes")
 

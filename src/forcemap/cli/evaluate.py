@@ -316,7 +316,8 @@ def forms_lines(answer: FormsAnswer, source: str, stated: str) -> list[str]:
         *table(header, [_form_row(form) for form in answer.forms]),
         "error: root mean square of ln F; underest.: its dangerous side; place out: with all states of a place left "
         "out, as at a new place; bound: above the prediction at the measured states, - none",
-        "p: one-sided paired t test of the squared errors of ln F, states taken as independent",
+        "p: one-sided paired t test of the squared errors of ln F, states taken as independent; place by place: of "
+        "those with all states of a place left out, which count together",
         "rises inside, rises above: the force never falls with speed in the box around the measured states, and in "
         "that box up to 1.5 times the highest measured speed",
         *(f"{form.form}: {form.note}" for form in answer.forms if form.note),

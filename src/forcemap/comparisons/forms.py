@@ -30,6 +30,8 @@ SIGNIFICANCE = 0.01
 ABOVE = 1.5
 """The rise with speed is checked up to this multiple of the highest measured speed: a choice."""
 
+_Errors = dict[str, FloatArray]  # of ln F at the uncensored states, by form
+_LEAST_GAINS = 3  # that a t test needs to say anything; a choice
 _LEAST_STATES = 3
 """Uncensored states that every form must be able to leave out: two differences hardly show a spread."""
 
@@ -78,6 +80,9 @@ class FormResult:
     p_better : float
         One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
         reference itself.
+    p_better_at_places : float
+        The same with all states of a place left out, whose squared errors count together: states of a place share an
+        effect. It decides nothing. NaN where a form is not determined without a place.
     covered : bool
         False if a tolerance bound does not cover what the form is found to miss (`FormTest.covered`).
     notes : tuple of Finding
@@ -95,6 +100,7 @@ class FormResult:
     rises_inside: bool
     rises_above: bool
     p_better: float
+    p_better_at_places: float
     covered: bool
     notes: tuple[Finding, ...]
 
@@ -214,11 +220,15 @@ def compare_forms(
     reference = CFM_3D if CFM_3D in usable else usable[0]
     states = _common_states(dataset, fitted)
     below_range, measured = states.uncensored, len(states.uncensored)
-    left = {
-        candidate.form.name: np.log(candidate.predicted(below_range)) - below_range.log_force for candidate in fitted
-    }
+    left, of_places = (
+        {
+            each.form.name: np.log(each.predicted(below_range, place_left_out=which)) - below_range.log_force
+            for each in fitted
+        }
+        for which in (False, True)
+    )
     wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
-    results = tuple(_result(candidate, states, left, reference, bound) for candidate in fitted)
+    results = tuple(_result(candidate, states, (left, of_places), reference, bound) for candidate in fitted)
     recommended, reasons = _recommend(results, reference, refused)
     return FormComparison(
         results=results,
@@ -278,13 +288,14 @@ def _common_states(dataset: ImpactDataset, fitted: Sequence[_Fitted]) -> States:
 
 
 def _result(
-    fitted: _Fitted, states: States, errors: dict[str, FloatArray], reference: Form, bound: Bound
+    fitted: _Fitted, states: States, left: tuple[_Errors, _Errors], reference: Form, bound: Bound
 ) -> FormResult:
-    force_map, error = fitted.force_map, errors[fitted.form.name]
+    force_map, (error, of_place) = fitted.force_map, (errors[fitted.form.name] for errors in left)
     predicted, wholly = fitted.predicted(states), states.impacts == 0
     below_reached = np.log(predicted[wholly] / states.at_least[wholly])
     below_range = states.uncensored
-    of_place = np.log(fitted.predicted(below_range, place_left_out=True)) - below_range.log_force
+    state_gain, place_gain = (errors[reference.name] ** 2 - errors[fitted.form.name] ** 2 for errors in left)
+    of_places = np.array([place_gain[below_range.place == each].sum() for each in np.unique(below_range.place)])
     skipped = len(force_map.require_fit().states.uncensored) - error.size
     notes = [] if isinstance(fitted.form, Form) else [Finding.of(FindingKind.EUCLIDEAN_FORM)]
     try:
@@ -311,7 +322,8 @@ def _result(
         max_bound_percent=max_bound,
         rises_inside=force_map.rises_with_speed,
         rises_above=replace(force_map, measured_range=further).rises_with_speed,
-        p_better=math.nan if fitted.form == reference else _p_better(error, errors[reference.name]),
+        p_better=math.nan if fitted.form == reference else _p_better(state_gain),
+        p_better_at_places=math.nan if fitted.form == reference else _p_better(of_places),
         covered=not (tested and tested.misses) or tested.covered,
         notes=tuple(notes),
     )
@@ -321,11 +333,12 @@ def _root_mean_square(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
-def _p_better(error: FloatArray, of_reference: FloatArray) -> float:
-    """One-sided p value of a paired t test that the squared errors are not smaller than the reference's."""
+def _p_better(gain: FloatArray) -> float:
+    """One-sided p value of a paired t test that the squared errors are not smaller than the reference's, by `gain`."""
     from scipy.special import stdtr
 
-    gain = of_reference**2 - error**2
+    if gain.size < _LEAST_GAINS or not np.isfinite(gain).all():
+        return math.nan
     deviation = float(gain.std(ddof=1))
     if deviation == 0:
         return 0.0 if gain[0] > 0 else 1.0
@@ -374,9 +387,10 @@ def _recommend(
             "censored_worse": not _censored_no_worse(result, standard),
             "unbounded": _bounded(result) < _bounded(standard),
         }
+        p_places = None if math.isnan(result.p_better_at_places) else result.p_better_at_places
         figures = {"form": result.form.name, "error_percent": result.error_percent, "p": result.p_better}
         of_place = {"place_percent": result.place_error_percent, "against_percent": standard.place_error_percent}
-        reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **of_place, **compared))
+        reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **of_place, p_places=p_places, **compared))
     if not standard.rises_above:
         reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
     return reference, tuple(reasons)
