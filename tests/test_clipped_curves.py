@@ -262,6 +262,35 @@ CUT = {
 }
 
 
+PLATEAU = {  # tops that stay: of the robot itself, or of what cuts them off, which a curve alone cannot tell
+    "stays": lambda t: np.minimum(300.0 * np.clip(t / 0.03, 0, 1), 260.0 + 3.0 * np.sin(np.pi * t / 0.1)),
+    "is cut off": lambda t: np.minimum(half_sine(t, 320.0, 0.1), 270.0),
+}
+TRIED = [(None, 1000, False), (275.0, 1000, False), (490.0, 1000, True), (490.0, 250, False)]
+
+
+@pytest.mark.parametrize("kind", PLATEAU)
+@pytest.mark.parametrize(("tried", "rate", "settled"), TRIED)
+def test_a_device_that_was_seen_to_read_higher_cuts_no_top_off(kind, tried, rate, settled):
+    """As high as the flanks point, and sampled so closely that no top hides between: else all stays as it is."""
+    time = np.arange(-0.2, 0.7, 1 / rate)
+    force = np.minimum(PLATEAU[kind](time), 2 * half_sine(time, 320.0, 0.1)) * (time > 0)
+    force += np.random.default_rng(7).normal(0, 0.4, time.size)
+    stated = {} if tried is None else {"tried": tried}
+    device = fm.Device(range=500.0, error=3.0, stiffness=75_000.0, **stated)
+    (impact,) = fm.find_impacts(fm.Recording(time=time, force=force, device=device))
+    doubted = impact.unseen_force > 5.0 or bool(names(impact) & {"saturated", "unresolved"})
+    assert doubted is not settled
+
+
+def test_a_device_was_not_seen_to_read_more_than_its_range():
+    with pytest.raises(fm.InputError, match=r"device tried up to: found 501 N, expected a positive number, not above"):
+        fm.Device(range=500.0, tried=501.0)
+    both = [fm.Device(range=500.0, tried=400.0), fm.Device(range=500.0, tried=300.0), fm.Device(range=500.0)]
+    assert fm.Device.weakest(both[:2]).tried == 300.0
+    assert np.isnan(fm.Device.weakest(both).tried)
+
+
 @pytest.mark.parametrize("name", CUT)
 def test_a_curve_cut_off_is_saturated_and_never_within(name):
     (impact,) = found(TIME, CUT[name])

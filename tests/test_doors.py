@@ -542,6 +542,37 @@ def test_what_is_stated_later_completes_the_conditions_and_what_was_stated_stays
     assert fm.read_dataset(cell).binding.state is BindingState.BOUND
 
 
+@pytest.mark.parametrize("passes", [None, 0.05, 0.2])
+def test_forces_that_sink_to_zero_as_through_a_channel_that_does_not_hold_them_are_said_first(
+    passes, cell, ask, forcemap, tmp_path
+):
+    """A robot that holds 60 N, as it is and through a high-pass with a time constant of 0.05 or 0.2 s."""
+    for path in sorted((cell / "recordings").iterdir()):
+        time, force = np.loadtxt(path, delimiter=",", skiprows=1).T
+        peak = int(force.argmax())
+        held = np.where(np.arange(force.size) > peak, np.maximum(force, 60.0), force)
+        if passes is not None:  # y' = x' - y / T
+            step = float(time[1] - time[0])
+            share, moved, read = passes / (passes + step), np.diff(held, prepend=held[0]), [0.0]
+            for change in moved[1:].tolist():
+                read.append(share * (read[-1] + change))
+            held = np.array(read)
+        path.write_text("time_s,force_N\n" + "".join(f"{t:.6f},{f:.3f}\n" for t, f in zip(time, held, strict=True)))
+    for name in ("recordings.csv", "impacts.csv"):
+        (cell / name).unlink()
+    place, words = ("--distance", 0.85, "--height", 0.25, *OPTIONS), "THE FORCE SINKS SLOWLY TO ZERO after"
+    said = [each for each in ask("collect", cell)[1]["contradictions"] if each.startswith(words)]
+    dataset = fm.read_dataset(cell)
+    assert bool(said) is (passes is not None)
+    assert (dataset.phase_two.barred > 0) is (passes is None)  # what clamps reads as if it let go
+    assert any(each.startswith(words) for each in ask("speed", cell, *place)[1]["warnings"]) is bool(said)
+    assert forcemap("fit", cell, "-o", tmp_path / "map.json")[0] == 0
+    assert fm.read_map(tmp_path / "map.json").phase_two == dataset.phase_two
+    assert any(each.startswith(words) for each in ask("speed", tmp_path / "map.json", *place)[1]["warnings"]) is bool(
+        said
+    )
+
+
 @pytest.mark.parametrize(("entry", "value"), [("payload_kg", 5.0), ("name", "gripper"), ("covers", "none")])
 def test_what_the_robot_is_said_to_carry_since_is_doubted_until_it_was_entered(entry, value, cell, ask, forcemap):
     """A person fills in what the robot carries now; the impacts may have been made without it."""

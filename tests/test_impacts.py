@@ -301,6 +301,14 @@ FLAGGED = {
     "later_peak": [
         (TIME, np.maximum(FORCE, half_sine(TIME, 190.0, 0.05, 0.02)), {}, r"1(89|90)\.\d N after a Phase I peak of 1")
     ],
+    "slow_return": [
+        (
+            TIME,
+            np.maximum(FORCE, np.where(TIME > 0.015, 60.0 * np.exp(-(TIME - 0.015) / 0.05), 0.0)),
+            {},
+            r"the force sinks from 30 to 3 % of its peak in \d+ ms, after \d+ ms to there",
+        )
+    ],
     "ringing": [(*with_spike(0.008, 60.0), {}, r"2\d\.\d N above the peak without noise")],
     "too_short": [(TIME[TIME < 0.3], FORCE[TIME < 0.3], {}, r"recorded for 0\.\d+ s after onset")],
     "braking_transient": [(TIME, FORCE + half_sine(TIME, 13.0, 0.01, -0.1), {}, r"1[234]\.\d N before contact")],

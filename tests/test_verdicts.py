@@ -333,6 +333,7 @@ def reason_hidden(impact, before):
     if impact.verdict_peak_force < max(5.0, 4.0 * impact.contact.baseline_sd):
         return Finding.of(FindingKind.NO_PEAK, force_N=impact.verdict_peak_force)
     notes = {"drift", "double_hit", "later_peak", "ringing", "too_short", "braking_transient", "calibration_expired"}
+    notes |= {"slow_return"}
     for flag in impact.flags:
         if flag.name.value not in notes:
             return Finding.of(FindingKind.FLAGGED, flag=flag.name, figure=flag.figure)

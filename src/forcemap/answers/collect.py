@@ -166,7 +166,7 @@ class CollectAnswer(Answer):
             ],
             scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
             transient_refused=sentences(refusal.also) if refusal else [],
-            contradictions=(*entered, *dataset.contradictions),
+            contradictions=(*entered, *filter(None, [dataset.phase_two.doubt]), *dataset.contradictions),
             drift=dataset.drift,
             repeatability=repeatability(dataset),
             disagreeing_repeats=dataset.disagreeing_repeats,

@@ -30,6 +30,7 @@ class ImpactFigures(Answer):
     onset_s: float = of("onset")
     peak_force_N: float = of("peak_force")
     raw_peak_force_N: float = of("raw_peak_force")
+    unseen_force_N: float = of("unseen_force")
     filtered_peak_force_N: Figure = of("filtered_peak_force")
     peak_time_s: float = of("peak_time")
     phase1_end_s: float = of("phase1_end")

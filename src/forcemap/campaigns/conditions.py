@@ -382,7 +382,7 @@ def _several(entries: Any) -> Iterator[tuple[str, Device]]:
 
 
 def _device_finding(recordings: str, device: Device) -> Finding:
-    figures = {"range_N": device.range, "spring_N_per_m": device.stiffness}
+    figures = {"range_N": device.range, "spring_N_per_m": device.stiffness, "tried_N": device.tried}
     return Finding.of(FindingKind.DEVICE, recordings=recordings, model=device.model, pad=device.pad, **figures)
 
 
@@ -472,6 +472,10 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
         "spring constant, 75000 for 75 N/mm; REQUIRED for limits of body areas",
     ),
     "device.pad": ("device.pad", 'pad or damping on it, with its hardness; "none" if there is no pad'),
+    "device.tried_up_to_N": (
+        "device.tried",
+        "force that it was seen to read as set on that day, by a weight or a press: flat tops below are not cut off",
+    ),
     "device.calibrated": ("device.calibrated", "date of the last calibration"),
     "device.calibration_expires": ("device.calibration_expires", "one year after it if not stated"),
     "device.channel_frequency_class": (
@@ -496,7 +500,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
 MEASURED_UNDER = (
     "simulated",
     *(entry for entry in ENTRIES if entry.startswith(("robot.", "tool.", "contact.", "pressure."))),
-    *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m", "pad")),
+    *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m", "pad", "tried_up_to_N")),
 )
 """Entries of campaign.toml that say what was measured, and so what a map holds for."""
 

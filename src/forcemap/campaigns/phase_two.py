@@ -12,13 +12,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Objects
+from forcemap.arrays import FloatArray, Objects, Texts
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.csv_table import csv_cell
 from forcemap.errors import TableError
 from forcemap.findings import Finding, FindingKind
+from forcemap.impacts.impact import Quality
 from forcemap.impacts.scenario import BARRING, ContactScenario
+
+MOST_SINKING = 0.05
+"""Share of the impacts whose force may return slowly before speeds say so first; a choice, as for those left out."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,8 @@ class PhaseTwo:
         Recordings that a person took out although they clamp or are undetermined.
     unused_force : float
         Largest Phase II force [N] of recordings that are not in the table, if one of them exceeds its peak; else NaN.
+    sinking : int
+        Impacts of the table whose force returned to zero slowly (flag `slow_return`).
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
@@ -47,10 +53,11 @@ class PhaseTwo:
     above_peak: int = 0
     excluded: int = 0
     unused_force: float = math.nan
+    sinking: int = 0
 
     @classmethod
-    def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray) -> PhaseTwo:
-        """Count contact scenarios (None is not recorded) and forces [N] (NaN is not recorded), shape (n,)."""
+    def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray, flags: Texts) -> PhaseTwo:
+        """Count contact scenarios (None is not recorded), forces [N] (NaN is not recorded) and flags, shape (n,)."""
         recorded = [kind for kind in scenario if kind is not None]
         forces = phase2_force[~np.isnan(phase2_force)]
         return cls(
@@ -58,6 +65,7 @@ class PhaseTwo:
             unrecorded=sum(kind is None for kind in scenario[np.isnan(phase2_force)]),
             largest_force=float(forces.max()) if forces.size else math.nan,
             above_peak=int(np.sum(phase2_force > peak_force)),
+            sinking=sum(Quality.SLOW_RETURN in text for text in flags.tolist()),
         )
 
     def and_(self, other: PhaseTwo) -> PhaseTwo:
@@ -70,12 +78,21 @@ class PhaseTwo:
             self.above_peak + other.above_peak,
             self.excluded + other.excluded,
             float(np.fmax(self.unused_force, other.unused_force)),
+            self.sinking + other.sinking,
         )
 
     @property
     def recorded(self) -> bool:
         """True if Phase II is known of at least one impact."""
         return any(self.scenarios.values()) or not math.isnan(self.largest_force)
+
+    @property
+    def doubt(self) -> Finding | None:
+        """That forces returned to zero slowly, of more than a stray impact; None otherwise."""
+        impacts = sum(self.scenarios.values())
+        if self.sinking <= MOST_SINKING * impacts:
+            return None
+        return Finding.of(FindingKind.FORCE_SINKS, impacts=self.sinking, of=impacts)
 
     @property
     def complete(self) -> bool:
@@ -177,4 +194,5 @@ def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], 
         above_peak=phase_two.above_peak + int(figures[_ABOVE]),
         excluded=phase_two.excluded + int(figures[_EXCLUDED]),
         unused_force=figures[_FORCE] if figures[_ABOVE] else math.nan,
+        sinking=phase_two.sinking,
     )

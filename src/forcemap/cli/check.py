@@ -151,6 +151,7 @@ def impact_lines(impact: fm.Impact) -> list[str]:
         else f"{impact.phase2_force:8.1f} N   mean {impact.phase2_mean_force:.1f} N, from 0.5 s after onset on"
     )
     at_least = "" if impact.contact_over else "at least "
+    unseen = f"  open above it      {impact.unseen_force:8.1f} N   by its flanks, as of a top cut off; verdicts add it"
     return [
         f"impact {impact.number} at {impact.onset:.4f} s: {impact.scenario.words}",
         *(f"  FLAG {flag}" for flag in impact.flags),
@@ -158,6 +159,7 @@ def impact_lines(impact: fm.Impact) -> list[str]:
         f"    at {1000 * (impact.peak_time - impact.onset):.1f} ms, Phase I ends at "
         f"{1000 * (impact.phase1_end - impact.onset):.1f} ms, {1000 * impact.phase1_width:.1f} ms wide at half height, "
         f"{impact.phase1_samples} samples",
+        *([unseen] if impact.unseen_force >= 0.05 else []),
         f"  largest after it   {second}   within 0.5 s after onset",
         f"  Phase II           {later}",
         f"  contact            {at_least}{1000 * impact.contact_duration:.0f} ms, impulse {impact.impulse:.2f} N s"

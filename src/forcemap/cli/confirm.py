@@ -214,9 +214,10 @@ def _repeated(source: str, again: str, result: ConfirmationResult) -> list[str]:
         return [
             f"Next: {' and '.join(alike)} cannot tell, and more are not expected to. Look at the curves (forcemap "
             "inspect FILE): if the device, its amplifier or a filter cuts the top off, or it samples slowly, put that "
-            "right and measure anew. Else impacts do not show that the limit is kept there at this speed, and the map "
-            "stays unconfirmed; a contact point there at a lower speed, measured by itself, can be shown "
-            "(docs/contact_points.md)"
+            "right and measure anew. If the robot itself stays at its force for a while, show that the device reads "
+            "higher as it is set (a weight, a press), state up to which force (device.tried_up_to_N in "
+            "campaign.toml), collect and ask again. Else the map stays unconfirmed; a contact point there at a lower "
+            "speed, measured by itself, can be shown (docs/contact_points.md)"
         ]
     return [
         "Next: measure it again as a further repeat of its state (its name with the next number, such as -r2), at the "

@@ -50,6 +50,7 @@ _FLANK_FACTOR = 2.0  # the flanks may imply only half of what was missed
 _LEAST_UNSEEN = 0.01  # share of the peak: the peak is not promised more closely
 # Straight flanks hide half a step between n samples across the half width, 0.5 / n of the peak, so more of the reading.
 _COARSE_SHARE, _DENSE_SAMPLES = 0.55, 14
+_CLOSE_SAMPLES = 28  # across the half width: a parabola rises by less than 0.1 % of its peak between two of them
 _ROUGH_TOP_SHARE, _ROUGH_SDS = 0.2, 3.5  # share of the peak that counts as its top; [SD] that noise alone may do there
 
 
@@ -160,6 +161,17 @@ def _raises(peak: float, component: Top) -> bool:
     """True if the force [N] would be much larger by what the flanks of a small component imply."""
     hidden = (component.reading + component.least) ** 2 - component.reading**2
     return math.sqrt(peak**2 + hidden) >= (1.0 + _RAISED_BY_CUT) * peak
+
+
+def not_cut_off(impact: Impact, tops: list[Top]) -> list[Top]:
+    """The same tops; of a device that was seen to read all that their flanks imply, none is cut off.
+
+    Only where samples lie so close that no top hides between them.
+    """
+    implied = max((max(top.recorded, top.reading) + _FLANK_FACTOR * top.likely for top in tops), default=math.inf)
+    if not (implied <= impact.recording.device.tried and samples_across(impact) >= _CLOSE_SAMPLES):
+        return tops
+    return [replace(top, least=0.0, likely=0.0) for top in tops]
 
 
 def unseen_force(impact: Impact, tops: list[Top]) -> float:

@@ -30,6 +30,7 @@ class Quality(StrEnum):
     DRIFT = "drift"
     DOUBLE_HIT = "double_hit"
     LATER_PEAK = "later_peak"
+    SLOW_RETURN = "slow_return"
     RINGING = "ringing"
     TOO_SHORT = "too_short"
     BRAKING_TRANSIENT = "braking_transient"

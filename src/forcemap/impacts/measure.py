@@ -9,7 +9,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.impacts.baseline import ContactForce
-from forcemap.impacts.clipping import find_tops, unseen_force
+from forcemap.impacts.clipping import find_tops, not_cut_off, unseen_force
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
 from forcemap.impacts.interference import find_jumps, find_swing
 from forcemap.impacts.phases import (
@@ -156,7 +156,7 @@ def measure(recording: Recording, start: ImpactStart, last: int, number: int) ->
         scenario=ContactScenario.UNDETERMINED,
         flags=(),
     )
-    tops = find_tops(impact)
+    tops = not_cut_off(impact, find_tops(impact))
     steps, swing = [jump for jump in find_jumps(impact) if not jump.samples], find_swing(impact)
     flags = flags_of(impact, tops, before, smooth + contact.drift_allowance(time), steps, swing)
     unseen = max(unseen_force(impact, tops), swing.amplitude)

@@ -58,6 +58,8 @@ _PULL, _PULL_FLOORS = 0.01, 2.0  # a device cannot pull for longer [s], by more 
 _SECOND_HIT = 0.8  # share of the peak: a later contact with more is a second hit
 _NOT_OVER = 1.0 - FALL_SHARE  # share of the largest force: a recording that ends above it ends before the peak is over
 _NOT_OVER_SDS = 4.0  # ... unless noise lifts it there
+_SINKS_FROM, _RETURNED = 0.3, 0.03  # shares of the peak between which a force sinks slowly ...
+_SINKS, _SINKS_FOR = 0.6, 0.02  # ... if it takes so much of the time from the peak to there, and so long [s]
 _RINGING, _RINGING_SDS = 0.05, 5.0  # share of the peak, [SD]: the largest sample of Phase I is above the peak by more
 _BRAKING, _BRAKING_FLOORS = 0.05, 2.0  # share of the peak, floors: a force before contact is larger than both
 _HIGH = 0.5  # share of the peak: a gap beside a higher sample is one at the top
@@ -92,6 +94,7 @@ def flags_of(
         _reversed(impact, before, smooth),
         _oblique(impact),
         _course(impact),
+        _slow_return(impact),
         _gap(impact),
         _unit(impact),
     )
@@ -253,6 +256,24 @@ def _course(impact: Impact) -> _Doubts:
         yield Quality.RINGING, f"the largest sample of Phase I is {excess:.1f} N above the peak without noise"
     if contact.baseline_samples and impact.force_before > max(_BRAKING_FLOORS * contact.floor, _BRAKING * peak):
         yield Quality.BRAKING_TRANSIENT, f"{impact.force_before:.1f} N before contact"
+
+
+def _slow_return(impact: Impact) -> _Doubts:
+    # a held force that a channel lets sink to zero looks so; robots that let go do so in under half of the time
+    time, force = impact.curve()
+    top = int(time.searchsorted(impact.peak_time - impact.onset))
+    over = np.flatnonzero(force[top:] < max(_RETURNED * impact.peak_force, impact.floor))
+    if not over.size:
+        return
+    end = top + int(over[0])
+    begins = int(np.flatnonzero(force[: end + 1] >= _SINKS_FROM * impact.peak_force)[-1])
+    fall, sinks = time[begins] - time[top], time[end] - time[begins]
+    if sinks > max(_SINKS * fall, _SINKS_FOR):
+        share = f"from {100 * _SINKS_FROM:g} to {100 * _RETURNED:g} % of its peak"
+        yield (
+            Quality.SLOW_RETURN,
+            f"the force sinks {share} in {1000 * sinks:.0f} ms, after {1000 * fall:.0f} ms to there",
+        )
 
 
 def _gap(impact: Impact) -> _Doubts:

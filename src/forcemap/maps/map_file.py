@@ -200,6 +200,7 @@ def _renamed(content: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
 
 def _phase_two_to_content(phase_two: PhaseTwo) -> dict[str, Any]:
     unused = {} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}
+    unused |= {"sinking": phase_two.sinking} if phase_two.sinking else {}
     return {
         "scenarios": {scenario.value: n for scenario, n in phase_two.scenarios.items()},
         "unrecorded": phase_two.unrecorded,
@@ -364,6 +365,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             int(phase_two["above_peak"]),
             int(phase_two.get("excluded", 0)),
             _nan(phase_two.get("unused_force_N")),
+            int(phase_two.get("sinking", 0)),
         ),
         conditions=conditions,
         device_range=_nan(content["device_range_N"]),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,8 @@ class Device:
         Name of the model; date of the last calibration, and the last date it holds, as YYYY-MM-DD.
     pad : str
         Pad or damping on it, with its hardness.
+    tried : float
+        Force that it was seen to read as it was set, on the days of the measurements [N].
 
     Raises
     ------
@@ -49,6 +52,7 @@ class Device:
     calibrated: str = ""
     calibration_expires: str = ""
     pad: str = ""
+    tried: float = math.nan
 
     def __post_init__(self) -> None:
         for name, value, unit in (("range", self.range, "N"), ("stiffness", self.stiffness, "N/m")):
@@ -59,6 +63,9 @@ class Device:
             raise InputError(f"{problem}, expected {SOFTEST:g} to {STIFFEST:g} N/m (75 N/mm are 75000 N/m)")
         if not (math.isnan(self.error) or 0 <= self.error < math.inf):
             raise InputError(f"device error: found {self.error:g} N, expected a finite number of at least 0")
+        if not math.isnan(self.tried) and not 0 < self.tried <= (math.inf if math.isnan(self.range) else self.range):
+            expected = "expected a positive number, not above its range"
+            raise InputError(f"device tried up to: found {self.tried:g} N, {expected}")
         if self.error >= self.range:
             raise InputError(f"device error {self.error:g} N is not below its range {self.range:g} N")
         calibrated = stated_date("device calibrated", self.calibrated) if self.calibrated else date.min
@@ -123,17 +130,17 @@ class Device:
             return devices[0]
         first = min(devices, key=lambda device: device.expires)
         texts = {name: dict.fromkeys(getattr(device, name) for device in devices) for name in ("model", "pad")}
+        joined: dict[str, Any] = {
+            name: "; ".join(text or "not stated" for text in stated) for name, stated in texts.items() if any(stated)
+        }
         return cls(
             range=float(np.min([device.range for device in devices])),
             error=max(device.error_or_default for device in devices),
             stiffness=float(np.min([device.stiffness for device in devices])),
+            tried=float(np.min([device.tried for device in devices])),
             calibrated=first.calibrated,
             calibration_expires=first.calibration_expires,
-            **{
-                name: "; ".join(text or "not stated" for text in stated)
-                for name, stated in texts.items()
-                if any(stated)
-            },
+            **joined,
         )
 
 

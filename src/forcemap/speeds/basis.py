@@ -242,9 +242,10 @@ def _confirmed(
 
 
 def _clamping_unseen(basis: Basis) -> list[Finding]:
-    """A warning where a transient limit is used though Phase II of some impacts is not known."""
+    """Warnings where a transient limit is used though Phase II of some impacts is not known, or forces sink slowly."""
     unrecorded = basis.phase_two.unrecorded if basis.phase_two.recorded else 0
-    return [Finding.of(FindingKind.CLAMPING_UNSEEN, unrecorded=unrecorded)] if basis.unseen else []
+    unseen = [Finding.of(FindingKind.CLAMPING_UNSEEN, unrecorded=unrecorded)] if basis.unseen else []
+    return [*unseen, *filter(None, [basis.phase_two.doubt])]
 
 
 def own_limits_unused(limit: ForceLimit | NewtonLimit, conditions: Conditions) -> list[Finding]:
