@@ -137,7 +137,7 @@ class Device:
             range=float(np.min([device.range for device in devices])),
             error=max(device.error_or_default for device in devices),
             stiffness=float(np.min([device.stiffness for device in devices])),
-            tried=float(np.min([device.tried for device in devices])),
+            tried=math.nan if any(math.isnan(each.tried) for each in devices) else min(each.tried for each in devices),
             calibrated=first.calibrated,
             calibration_expires=first.calibration_expires,
             **joined,
