@@ -134,7 +134,7 @@ def test_a_map_whose_robot_clamps_now_does_not_hold_whatever_the_peaks(scenarios
 def phase_two(scenarios):
     """What is known of Phase II of impacts that leave 60 N."""
     kinds = np.array([fm.ContactScenario(each) for each in scenarios], dtype=object)
-    return PhaseTwo.of(kinds, np.full(len(kinds), 60.0), np.full(len(kinds), 200.0))
+    return PhaseTwo.of(kinds, np.full(len(kinds), 60.0), np.full(len(kinds), 200.0), np.full(len(kinds), ""))
 
 
 def test_figures_are_those_of_a_literal_reading(force_map):
