@@ -221,8 +221,8 @@ def _repeated(source: str, again: str, result: ConfirmationResult) -> list[str]:
         ]
     return [
         "Next: measure it again as a further repeat of its state (its name with the next number, such as -r2), at the "
-        "speed of its run: one that passes settles it, if the other has a force within the limit (so does a device that "
-        "was seen to read higher, device.tried_up_to_N in campaign.toml, where it is the flanks); then",
+        "speed of its run: one that passes settles it, if the other has a force within the limit (so does a device "
+        "that was seen to read higher, device.tried_up_to_N in campaign.toml, where it is the flanks); then",
         *planned.command_lines(planned.command_line("collect", source, {})),
         *planned.command_lines(again),
     ]
