@@ -912,6 +912,19 @@ def test_later_impacts_that_clamp_or_were_sampled_too_slowly_end_a_release_of_a_
     assert in_force(asked) == []
 
 
+def test_withdrawing_a_release_that_was_replaced_says_which_stays(register, measured, tmp_path, asked, forcemap, where):
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", west)
+    assert released(asked, west) == 1
+    line = ["release", "cell-1", west, "--area", "chest", "--contact", "transient", "--valid-until"]
+    assert asked(*line, "2099-01-01")[1]["release"] == 2
+    withdrawn = forcemap("register", "withdraw", 1, "--reason", "a slip", "--register", where)[1]
+    assert "Release 1 is withdrawn; release 2, which took its place, is NOT: withdraw it by its own number" in withdrawn
+    assert in_force(asked) == [2]
+    assert "NOT" not in forcemap("register", "withdraw", 2, "--reason", "a slip", "--register", where)[1]
+    assert in_force(asked) == []
+
+
 def test_a_release_that_was_not_compared_is_released_anew_and_says_so(register, measured, tmp_path, asked):
     west = shutil.copytree(measured, tmp_path / "west")
     asked("enter", west)

@@ -41,7 +41,7 @@ from forcemap.register.due import DUE_WITHIN, what_is_due
 from forcemap.register.enter import UNKNOWN, change as enter_change, enter as enter_folder, printable
 from forcemap.register.exceeded import files_above, where_exceeded
 from forcemap.register.export import TABLES, export as export_table
-from forcemap.register.release import release as enter_release, withdraw as enter_withdrawal
+from forcemap.register.release import in_its_place, release as enter_release, withdraw as enter_withdrawal
 from forcemap.register.relying import (
     Relying,
     known_of,
@@ -273,7 +273,9 @@ def withdraw(
     """
     with open_register(where) as opened:
         head = enter_withdrawal(opened, number, reason, person=person)
-    return _done(f"Release {number} is withdrawn", head, as_json=as_json)
+        later = in_its_place(opened, number)
+    other = "" if later is None else f"; release {later}, which took its place, is NOT: withdraw it by its own number"
+    return _done(f"Release {number} is withdrawn{other}", head, as_json=as_json)
 
 
 @app.command()

@@ -226,6 +226,16 @@ def withdraw(register: Register, number: int, reason: str, *, person: str = "") 
         return action.done("withdraw", f"release {number}", reason=reason)
 
 
+def in_its_place(register: Register, number: int) -> int | None:
+    """The last release that has taken the place of another, directly or in turn; None without one, or if withdrawn."""
+    with register.reading() as connection:
+        last = number
+        while (by := connection.execute(select(RELEASES.c.id).where(RELEASES.c.replaces == last)).scalar()) is not None:
+            last = int(by)
+        ended = connection.execute(select(WITHDRAWALS.c.id).where(WITHDRAWALS.c.release_id == last)).first()
+    return None if last == number or ended else last
+
+
 def released(row: Any) -> Released:
     """What decides whether a release is in force, of its row."""
     return Released(
