@@ -131,6 +131,16 @@ def test_a_map_whose_robot_clamps_now_does_not_hold_whatever_the_peaks(scenarios
     assert fm.check_map(clamped, replace(dataset, phase_two=phase_two(of))).outcome is fm.MapOutcome.HOLDS
 
 
+def test_a_map_is_not_said_to_hold_for_forces_that_sink_slowly(force_map):
+    dataset = new_impacts(np.random.default_rng(11), READABLE[::9])
+    sinking = replace(phase_two(["unconstrained"] * len(dataset)), sinking=len(dataset))
+    check = fm.check_map(force_map, replace(dataset, phase_two=sinking))
+    assert check.outcome is fm.MapOutcome.CANNOT_TELL
+    assert sentence(check.reason).startswith("THE FORCE SINKS SLOWLY TO ZERO")
+    alike = replace(force_map, phase_two=sinking)
+    assert fm.check_map(alike, replace(dataset, phase_two=sinking)).outcome is fm.MapOutcome.HOLDS
+
+
 def phase_two(scenarios):
     """What is known of Phase II of impacts that leave 60 N."""
     kinds = np.array([fm.ContactScenario(each) for each in scenarios], dtype=object)

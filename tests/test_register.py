@@ -904,7 +904,9 @@ def test_later_impacts_that_clamp_or_were_sampled_too_slowly_end_a_release_of_a_
     assert released(asked, west) == 2
     first, second = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][:2]
     assert "at speeds that it permits, or clamp, so that no transient limit may be used" in first
-    assert second.startswith("OTHER CAMPAIGNS OF THIS CELL WERE ENTERED AFTER THE ONE THAT IT RESTS ON: kept, held.")
+    assert second.startswith(
+        "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED OR MEASURED AFTER THE ONE THAT IT RESTS ON: kept, held."
+    )
     coarse = harder(measured, tmp_path / "coarse", 0.9, TODAY, near=(0.7, 0.3), coarse=("d7",))
     used = [entry.use for entry in fm.read_campaign(coarse).entries]
     assert {"discarded", "used"} <= {*used}
@@ -934,8 +936,21 @@ def test_a_release_that_was_not_compared_is_released_anew_and_says_so(register, 
     assert released(asked, west) == 2  # the same words as of the first, as it says
     assert not any("evaluate" in words for due in asked("due")[1]["due"] for words in due["findings"])
     said = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][0]
-    assert said.startswith("OTHER CAMPAIGNS OF THIS CELL WERE ENTERED AFTER THE ONE THAT IT RESTS ON: east.")
+    assert said.startswith(
+        "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED OR MEASURED AFTER THE ONE THAT IT RESTS ON: east."
+    )
     assert released(asked, west) == 2
+
+
+def test_a_campaign_that_was_measured_later_is_said_whichever_was_entered_first(register, measured, tmp_path, asked):
+    west = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", harder(measured, tmp_path / "east", 0.9, TODAY))
+    asked("enter", west)
+    assert released(asked, west) == 1
+    said = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][0]
+    assert said.startswith(
+        "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED OR MEASURED AFTER THE ONE THAT IT RESTS ON: east."
+    )
 
 
 @pytest.mark.parametrize(("near", "ends"), [((0.71, 0.31), True), ((0.73, 0.31), False)])

@@ -215,11 +215,19 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         found = replace(found, statements=(*found.statements, said))
         if _GRAVITY.index(outcome) > _GRAVITY.index(found.outcome):
             found = replace(found, outcome=outcome, reason=said, next_step=next_step)
+    return replace(_with_phase_two(found, force_map, dataset), error_probability=error_probability)
+
+
+def _with_phase_two(found: MapCheck, force_map: ForceMap, dataset: ImpactDataset) -> MapCheck:
+    """The same check with what the new impacts show of Phase II: that they clamp now, or that their forces sink."""
     if clamps := _clamps(force_map, dataset):
         outcome, next_step = MapOutcome.DOES_NOT_HOLD, Finding.of(FindingKind.MEASURE_NEW_MAP)
         reason = found.reason.and_(clamps) if found.outcome is outcome else clamps
         found = replace(found, outcome=outcome, reason=reason, next_step=next_step)
-    return replace(found, error_probability=error_probability)
+    elif found.outcome is MapOutcome.HOLDS and dataset.phase_two.doubt and not force_map.phase_two.doubt:
+        mend = Finding.of(FindingKind.MEND_AND_CHECK)
+        found = replace(found, outcome=MapOutcome.CANNOT_TELL, reason=dataset.phase_two.doubt, next_step=mend)
+    return found
 
 
 def _clamps(force_map: ForceMap, dataset: ImpactDataset) -> Finding | None:
@@ -227,7 +235,8 @@ def _clamps(force_map: ForceMap, dataset: ImpactDataset) -> Finding | None:
     then, now = force_map.phase_two, dataset.phase_two
     if then.barred or not now.barred:
         return None
-    return Finding.of(FindingKind.CLAMPS_NOW, impacts=now.barred, of=len(dataset), force_N=now.largest_force)
+    recorded, force = sum(now.scenarios.values()), None if math.isnan(now.largest_force) else now.largest_force
+    return Finding.of(FindingKind.CLAMPS_NOW, impacts=now.barred, of=recorded, force_N=force)
 
 
 _GRAVITY = (MapOutcome.HOLDS, MapOutcome.CANNOT_TELL, MapOutcome.DOES_NOT_HOLD)

@@ -49,7 +49,7 @@ _NOT_OF_SPEED = re.compile(
     re.IGNORECASE,
 )
 _MODE = re.compile(r"mode|betriebsart", re.IGNORECASE)
-_NOT_AUTOMATIC = {"t1", "t2", "man", "manual", "manuell", "hand", "teach", "reduced", "reduziert"}
+_NOT_AUTOMATIC = re.compile(r"\b(t1|t2|krf|man|manr|hand|test|teach)\b|manu|reduc|reduz", re.IGNORECASE)
 _PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
 _MOST_SHARE = 1.1  # greater numbers are percent
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
@@ -127,8 +127,8 @@ def slowed_down(columns: Sequence[tuple[str, Sequence[str]]], *, decimal: str, l
         whole |= all_full and not _NOT_OF_SPEED.search(name)
         if moving and min(moving) < _FULL * full:
             lowest[name] = min(moving) / full
-    modes = {cell.strip().strip('#"').casefold() for name, cells in columns if _MODE.search(name) for cell in cells}
-    if modes & _NOT_AUTOMATIC or not (whole or lowest):
+    modes = {cell.replace("_", " ") for name, cells in columns if _MODE.search(name) for cell in cells}
+    if any(map(_NOT_AUTOMATIC.search, modes)) or not (whole or lowest):
         yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD, log=log or None)
     if lowest:
         yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))

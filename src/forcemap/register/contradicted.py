@@ -71,9 +71,10 @@ def contradicts(connection: Connection, values: Mapping[str, Any]) -> Finding | 
 
 
 def entered_after(connection: Connection, campaign: int) -> Finding | None:
-    """That other campaigns of its cell were entered after one; None if none was."""
+    """That other campaigns of its cell were entered after one, or measured on a later day; None if none was."""
     own, other = CAMPAIGNS, CAMPAIGNS.alias()
-    later = (other.c.cell_id == own.c.cell_id) & (other.c.entry > own.c.entry) & ~same_campaign(other)
+    newer = (other.c.entry > own.c.entry) | (other.c.measured_on > own.c.measured_on)
+    later = (other.c.cell_id == own.c.cell_id) & newer & ~same_campaign(other)
     query = select(other.c.name).join_from(own, other, later).where(own.c.id == campaign).order_by(other.c.id)
     names = tuple(dict.fromkeys(connection.execute(query).scalars()))
     return Finding.of(FindingKind.RELEASED_NOT_COMPARED, campaigns=few(names)) if names else None
