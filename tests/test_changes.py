@@ -133,7 +133,7 @@ def test_a_map_whose_robot_clamps_now_does_not_hold_whatever_the_peaks(scenarios
 
 def test_a_map_is_not_said_to_hold_for_forces_that_sink_slowly(force_map):
     dataset = new_impacts(np.random.default_rng(11), READABLE[::9])
-    sinking = replace(phase_two(["unconstrained"] * len(dataset)), sinking=len(dataset))
+    sinking = replace(phase_two(["unconstrained"] * len(dataset)), sinking=1.0)
     check = fm.check_map(force_map, replace(dataset, phase_two=sinking))
     assert check.outcome is fm.MapOutcome.CANNOT_TELL
     assert sentence(check.reason).startswith("THE FORCE SINKS SLOWLY TO ZERO")

@@ -404,6 +404,42 @@ def test_files_of_a_point_in_another_unit_are_within_no_limit(tmp_path, share, m
     assert ("UNITS: the force is" in said(result)) is refused
 
 
+@pytest.mark.parametrize("own", [True, False])
+def test_forces_that_sink_and_what_is_stated_since_are_said_of_impacts_that_confirm_a_point(own, tmp_path):
+    """Of files in points/, which no map is of, and of recordings of the campaign."""
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML + SITE)
+    collect(folder)
+
+    def kinds():
+        return {finding.kind for finding in assess_points(folder).findings}
+
+    of_point(folder, [100, 110, 105])
+    write_list(folder, {**POINT, **PLACE, **OWN} if own else {**POINT, **PLACE, **NAMED})
+    doubts = {fm.FindingKind.FORCE_SINKS, fm.FindingKind.STATED_SINCE}
+    assert not kinds() & doubts
+    stated = folder / "campaign.toml"
+    stated.write_text(stated.read_text() + "[tool]\npayload_kg = 5.0\n")
+    assert kinds() & doubts == {fm.FindingKind.STATED_SINCE}
+    collect(folder)
+    registered_points(folder)
+    assert not kinds() & doubts
+    names = folder / "points" if own else folder / "recordings"
+    for path in names.glob("P1-*" if own else "d700-h300-v100-*"):
+        time, force = np.loadtxt(path, delimiter=",", skiprows=1).T
+        tail = np.where(time > 0.015, 0.4 * force.max() * np.exp(-(time - 0.015) / 0.06), 0.0)
+        save(path, time, np.maximum(force, tail))
+    for name in ("recordings.csv", "impacts.csv", "point_recordings.csv"):
+        (folder / name).unlink()
+    collect(folder)
+    registered_points(folder)
+    (result,) = assess_points(folder).points
+    assert result.confirmed_by
+    assert kinds() & doubts == {fm.FindingKind.FORCE_SINKS}
+
+
+NAMED = {"rests_on": "measurements", "recordings": "d700-h300-v100"}
+
+
 def test_a_soft_spring_confirms_no_point(tmp_path):
     folder = write_campaign(tmp_path / "soft", repeats=3, toml=TOML.replace("75000", "40000") + SITE)
     collect(folder)

@@ -590,7 +590,7 @@ def test_what_the_robot_is_said_to_carry_since_is_doubted_until_it_was_entered(e
     (cell / "campaign.toml").write_text(
         bare.replace(head, head + stated + "\n") if head else f"{bare}[tool]\n{stated}\n"
     )
-    assert any(each.startswith(f"{doubt}{value} (") for each in ask("speed", cell, *place)[1]["warnings"])
+    assert any(each.startswith(f"{doubt}{value}. ") for each in ask("speed", cell, *place)[1]["warnings"])
     assert forcemap("fit", cell, "-o", cell.parent / "map.json")[0] == 0
     assert any(each.startswith(doubt) for each in ask("speed", cell.parent / "map.json", *place)[1]["warnings"])
     assert doubt in " ".join(forcemap("speed", cell, *place)[1].split())

@@ -125,6 +125,8 @@ def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
         (("speed_scaling", "1.0"), None),
         (("target_speed_fraction", "1.0"), None),
         (("Override_%", "100"), None),
+        (("speed_scaling_requested", "1.0"), "NOTHING SAYS THAT THE TIMES OF THE PATH ARE OF A RUN AT FULL SPEED"),
+        (("speed_scaling", "half"), "NOTHING SAYS THAT THE TIMES OF THE PATH ARE OF A RUN AT FULL SPEED"),
         (("speed_scaling", "0.5"), "THE LOG MAY BE OF A SLOWED RUN"),
         (
             ("robot_mode,speed_scaling", "MANUAL_REDUCED_SPEED,1.0"),

@@ -9,6 +9,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.cli.app import run
+from forcemap.paths.pose_log import slowed_down
 
 POINTS = np.array([[0.8, -0.1, 0.44], [0.8, -0.1, 0.4205], [0.8, -0.1, 0.4], [0.8, -0.1, 0.38]])
 TIMES = np.array([0.0, 0.2, 0.4, 0.6])
@@ -233,3 +234,12 @@ def test_times_that_repeat_for_they_are_rounded_contradict_no_rate(tmp_path, rat
             fm.read_recording(tmp_path / "impact.csv", columns=columns)
     else:
         assert fm.read_recording(tmp_path / "impact.csv", columns=columns).sampling_rate == pytest.approx(rate)
+
+
+def test_a_column_of_the_override_that_is_filled_in_part_tells_nothing():
+    def kinds(*cells):
+        return [finding.kind for finding in slowed_down([("speed_scaling", cells)], decimal=".", log=True)]
+
+    assert kinds("1", "1", "1") == []
+    assert kinds("1", "", "") == kinds("1", "half", "1") == [fm.FindingKind.LOG_FULL_SPEED_UNTOLD]
+    assert kinds("1", "", "0.5") == [fm.FindingKind.LOG_SLOWED]

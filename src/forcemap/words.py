@@ -26,7 +26,8 @@ SENTENCES: dict[str, str] = _WORDS
 
 _GRAVITY = {kind: place for place, kind in enumerate(SHORT)}
 
-_SHOWN = 0.05  # a force is named if it is not 0.0 N when rounded to a tenth [N]
+NAMED_FROM = 0.05
+"""A force is named from this on [N]: it is not 0.0 N when rounded to a tenth."""
 _LISTED = 6  # names in a sentence; the others are counted
 _WHERE_STATED = re.compile(r"\[(\w+)\?([^|\]]*)\|?([^\]]*)\]")
 
@@ -77,10 +78,10 @@ class _Figures(dict[str, Any]):
     def _added(self) -> str:
         """What is added to a force before it counts as within a limit."""
         what = [f"the device's error of {self['error_N']:g} N"]
-        what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= _SHOWN else []
+        what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= NAMED_FROM else []
         what += (
             [f"{self['unseen_N']:.1f} N that its flanks leave open above the largest sample, as of a top cut off"]
-            if self["unseen_N"] >= _SHOWN
+            if self["unseen_N"] >= NAMED_FROM
             else []
         )
         return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.answers.form_test import DriftAnswer
+from forcemap.campaigns.binding import stated_since
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
 from forcemap.campaigns.impacts_table import not_entered
 from forcemap.campaigns.point_list import POINT_REGISTER
 from forcemap.campaigns.point_recordings import point_names
+from forcemap.campaigns.recordings_table import Entry
 from forcemap.campaigns.repeatability import repeatability
 from forcemap.campaigns.summary import campaign_summary
 from forcemap.findings import Finding, FindingKind
@@ -142,11 +145,9 @@ class CollectAnswer(Answer):
     files: list[str]
 
     @classmethod
-    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset, since: Finding | None = None) -> CollectAnswer:
-        """The answer for a campaign read after `build_dataset`, and the dataset that this returned.
-
-        `since`: what was entered with its recordings that was not stated when they were registered.
-        """
+    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset, before: Sequence[Entry] = ()) -> CollectAnswer:
+        """The answer for a campaign read after `build_dataset`, the dataset that this returned, and its recordings as
+        they were registered `before`."""
         summary = campaign_summary(campaign, dataset)
         missing, used = not_entered(campaign.conditions, campaign.folder)
         entered = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED, missing=missing, recordings=used)] if missing else []
@@ -170,7 +171,7 @@ class CollectAnswer(Answer):
             drift=dataset.drift,
             repeatability=repeatability(dataset),
             disagreeing_repeats=dataset.disagreeing_repeats,
-            stated_since=since,
+            stated_since=stated_since(before, campaign.conditions, entered=True),
             units=unit_finding(dataset.conditions, dataset.states),
             point_recordings=of_points,
             files=[campaign.register_file.name, campaign.table_file.name, *[POINT_REGISTER] * bool(of_points)],

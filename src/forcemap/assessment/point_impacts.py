@@ -13,6 +13,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.assessment.contact_points import ContactPoint
 from forcemap.assessment.originals import Originals
+from forcemap.campaigns.binding import stated_since
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import (
     CAMPAIGN_FILE,
@@ -32,6 +33,7 @@ from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.units import single_unit_finding
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
 from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.impacts.impact import Quality
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
 from forcemap.verdicts.pressure_verdict import PressureVerdict
@@ -70,6 +72,10 @@ class PointImpact:
         True if the file says so.
     own : bool
         True if its file lies in points/, and is no recording of the campaign.
+    sinks : bool
+        True if its force returned to zero slowly (flag `slow_return`).
+    since : Finding or None
+        What is stated that was not when its file in points/ was registered; None if nothing is.
     """
 
     recording: str
@@ -87,6 +93,8 @@ class PointImpact:
     force: FloatArray = field(default_factory=lambda: np.empty(0))
     simulated: bool = False
     own: bool = False
+    sinks: bool = False
+    since: Finding | None = None
 
     @property
     def outcome(self) -> VerdictOutcome:
@@ -243,7 +251,8 @@ def _of_file(
         several = in_words("one film of a file with several recordings, expected a file for each recording")
         unclear = several if pressure and len(recording.recorded) > 1 else None
         doubts = why or unclear or each.doubt or doubt or slip
-        yield _impact(point, each.recording.name, each, doubts, point.recorded_at, pressure=pressure, own=True)
+        found = _impact(point, each.recording.name, each, doubts, point.recorded_at, pressure=pressure, own=True)
+        yield replace(found, since=stated_since(filter(None, [recording.entry]), film[1]))
 
 
 def _planned(
@@ -388,6 +397,7 @@ def _impact(
         force=force,
         simulated=recorded.recording.simulated,
         own=own,
+        sinks=any(flag.name is Quality.SLOW_RETURN for flag in impact.flags),
     )
 
 

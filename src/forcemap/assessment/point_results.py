@@ -19,6 +19,7 @@ from forcemap.assessment.point_impacts import PASSED_OVER, PointImpact, point_im
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.campaigns.dataset import Quantity
+from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.state import StateTolerance
 from forcemap.direction import (
@@ -419,12 +420,17 @@ def _measured(
 
 
 def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missing) -> list[Finding]:
-    """That nothing tells of slower motion than the impacts that confirm contact points, nor whether their stated speeds
-    were reached; empty of those of a map that says it of itself and permits their places for slower motion."""
+    """What is to be known of the impacts that confirm contact points: what is stated since, that their forces sink; and
+    that nothing tells of slower motion, nor whether their stated speeds were reached, but of those of a map that says
+    it of itself and permits their places for slower motion."""
+    confirming = [i for e in points if e.point.by_measurements for i in e.impacts if i.recording in e.confirmed_by]
+    found = list(dict.fromkeys(impact.since for impact in confirming if impact.since))
+    sinking = float(np.mean([impact.sinks for impact in confirming])) if confirming else 0.0
+    found += filter(None, [PhaseTwo(sinking=sinking).doubt])
     of_none = [e for e in points if e.confirmed_by and e.point.by_measurements and not _of_map(e, force_map)]
     if not of_none:
-        return []
-    found = [Finding.of(FindingKind.POINT_SPEED_UNTOLD, names=tuple(each.point.name for each in of_none))]
+        return found
+    found.append(Finding.of(FindingKind.POINT_SPEED_UNTOLD, names=tuple(each.point.name for each in of_none)))
     fast = [each.speed for each in of_none if each.speed >= SLOW + StateTolerance().speed]
     if isinstance(force_map, Missing) and fast:
         found.append(

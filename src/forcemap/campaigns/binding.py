@@ -192,11 +192,10 @@ def stated_since(entries: Iterable[Entry], conditions: Conditions, *, entered: b
     """
     used = [entry for entry in entries if entry.use is Use.USED]
     both = [(entry.conditions, conditions.measured_under(entry.state_id, entry.name)) for entry in used]
-    new = Counter((key, now[key]) for then, now in both for key in _HOW_IT_HIT if now.get(key) and not then.get(key))
-    if not new:
-        return None
-    texts = tuple(f"{key} = {value} ({count} recordings)" for (key, value), count in new.items())
-    return Finding.of(FindingKind.STATED_SINCE, entries=texts, entered=entered or None)
+    new = dict.fromkeys(
+        f"{key} = {now[key]}" for then, now in both for key in _HOW_IT_HIT if now.get(key) and not then.get(key)
+    )
+    return Finding.of(FindingKind.STATED_SINCE, entries=tuple(new), entered=entered or None) if new else None
 
 
 _HOW_IT_HIT = (

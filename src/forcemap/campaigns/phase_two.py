@@ -43,8 +43,8 @@ class PhaseTwo:
         Recordings that a person took out although they clamp or are undetermined.
     unused_force : float
         Largest Phase II force [N] of recordings that are not in the table, if one of them exceeds its peak; else NaN.
-    sinking : int
-        Impacts of the table whose force returned to zero slowly (flag `slow_return`).
+    sinking : float
+        Share of the impacts of a table whose force returned to zero slowly (flag `slow_return`).
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
@@ -53,7 +53,7 @@ class PhaseTwo:
     above_peak: int = 0
     excluded: int = 0
     unused_force: float = math.nan
-    sinking: int = 0
+    sinking: float = 0.0
 
     @classmethod
     def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray, flags: Texts) -> PhaseTwo:
@@ -65,7 +65,7 @@ class PhaseTwo:
             unrecorded=sum(kind is None for kind in scenario[np.isnan(phase2_force)]),
             largest_force=float(forces.max()) if forces.size else math.nan,
             above_peak=int(np.sum(phase2_force > peak_force)),
-            sinking=sum(Quality.SLOW_RETURN in text for text in flags.tolist()),
+            sinking=float(np.mean([Quality.SLOW_RETURN in text for text in flags.tolist()] or [False])),
         )
 
     def and_(self, other: PhaseTwo) -> PhaseTwo:
@@ -78,7 +78,7 @@ class PhaseTwo:
             self.above_peak + other.above_peak,
             self.excluded + other.excluded,
             float(np.fmax(self.unused_force, other.unused_force)),
-            self.sinking + other.sinking,
+            max(self.sinking, other.sinking),
         )
 
     @property
@@ -89,10 +89,7 @@ class PhaseTwo:
     @property
     def doubt(self) -> Finding | None:
         """That forces returned to zero slowly, of more than a stray impact; None otherwise."""
-        impacts = sum(self.scenarios.values())
-        if self.sinking <= MOST_SINKING * impacts:
-            return None
-        return Finding.of(FindingKind.FORCE_SINKS, impacts=self.sinking, of=impacts)
+        return Finding.of(FindingKind.FORCE_SINKS, share=self.sinking) if self.sinking > MOST_SINKING else None
 
     @property
     def complete(self) -> bool:

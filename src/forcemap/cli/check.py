@@ -31,6 +31,7 @@ from forcemap.errors import few
 from forcemap.impacts.impact import TRANSIENT_TIME, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.verdicts.recording_results import recording_doubt
+from forcemap.words import NAMED_FROM
 
 
 def check(
@@ -159,7 +160,7 @@ def impact_lines(impact: fm.Impact) -> list[str]:
         f"    at {1000 * (impact.peak_time - impact.onset):.1f} ms, Phase I ends at "
         f"{1000 * (impact.phase1_end - impact.onset):.1f} ms, {1000 * impact.phase1_width:.1f} ms wide at half height, "
         f"{impact.phase1_samples} samples",
-        *([unseen] if impact.unseen_force >= 0.05 else []),
+        *([unseen] if impact.unseen_force >= NAMED_FROM else []),
         f"  largest after it   {second}   within 0.5 s after onset",
         f"  Phase II           {later}",
         f"  contact            {at_least}{1000 * impact.contact_duration:.0f} ms, impulse {impact.impulse:.2f} N s"

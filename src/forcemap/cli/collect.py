@@ -12,7 +12,6 @@ from typer import Argument, Option, confirm
 
 from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
-from forcemap.campaigns.binding import stated_since
 from forcemap.campaigns.dataset import DISAGREEMENT
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
@@ -60,8 +59,7 @@ def collect(
         return
     if assign is not None and not _assigned(folder, assign, last, yes=yes, as_json=as_json):
         return
-    before = read_campaign(folder)
-    since = stated_since(before.entries, before.conditions, entered=True)
+    before = read_campaign(folder).entries
     campaign, dataset = _collect(folder)
     confirming = campaign.plan.state_id[ConfirmationPlan.among(campaign.plan)]
     after = (
@@ -71,7 +69,7 @@ def collect(
         after = f"Next: forcemap confirm {folder}, with the same area and contact as when it was planned"
     if 2 * sum(entry.use is not Use.USED for entry in campaign.entries) > len(campaign.entries):
         after = "Next: mend what keeps most recordings from being used (above), and collect again"
-    answer = CollectAnswer.of_campaign(campaign, dataset, since)
+    answer = CollectAnswer.of_campaign(campaign, dataset, before)
     emit(answer, _lines(answer, folder, after), as_json=as_json)
 
 
@@ -186,7 +184,7 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
         "saturated, at the device range or below it (censored)"
     )
     doubts = [f"NO SPEED from these impacts: {answer.no_speed}"] if answer.no_speed else []
-    doubts += [answer.stated_since, *answer.contradictions] if answer.stated_since else answer.contradictions
+    doubts += [*filter(None, [answer.stated_since]), *answer.contradictions]
     doubts += [answer.drift.finding] if answer.drift and answer.drift.found else []
     lines = verdict_first(verdict, doubts, simulated=answer.simulated)
     lines.append(_missing_words(answer.missing).capitalize())

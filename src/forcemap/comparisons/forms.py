@@ -31,7 +31,6 @@ ABOVE = 1.5
 """The rise with speed is checked up to this multiple of the highest measured speed: a choice."""
 
 _Errors = dict[str, FloatArray]  # of ln F at the uncensored states, by form
-_LEAST_GAINS = 3  # that a t test needs to say anything; a choice
 _LEAST_STATES = 3
 """Uncensored states that every form must be able to leave out: two differences hardly show a spread."""
 
@@ -220,7 +219,7 @@ def compare_forms(
     reference = CFM_3D if CFM_3D in usable else usable[0]
     states = _common_states(dataset, fitted)
     below_range, measured = states.uncensored, len(states.uncensored)
-    left, of_places = (
+    left_out = tuple(
         {
             each.form.name: np.log(each.predicted(below_range, place_left_out=which)) - below_range.log_force
             for each in fitted
@@ -228,7 +227,7 @@ def compare_forms(
         for which in (False, True)
     )
     wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
-    results = tuple(_result(candidate, states, (left, of_places), reference, bound) for candidate in fitted)
+    results = tuple(_result(candidate, states, left_out, reference, bound) for candidate in fitted)
     recommended, reasons = _recommend(results, reference, refused)
     return FormComparison(
         results=results,
@@ -287,14 +286,12 @@ def _common_states(dataset: ImpactDataset, fitted: Sequence[_Fitted]) -> States:
     return common
 
 
-def _result(
-    fitted: _Fitted, states: States, left: tuple[_Errors, _Errors], reference: Form, bound: Bound
-) -> FormResult:
-    force_map, (error, of_place) = fitted.force_map, (errors[fitted.form.name] for errors in left)
+def _result(fitted: _Fitted, states: States, errors: tuple[_Errors, ...], reference: Form, bound: Bound) -> FormResult:
+    force_map, (error, of_place) = fitted.force_map, (each[fitted.form.name] for each in errors)
     predicted, wholly = fitted.predicted(states), states.impacts == 0
     below_reached = np.log(predicted[wholly] / states.at_least[wholly])
     below_range = states.uncensored
-    state_gain, place_gain = (errors[reference.name] ** 2 - errors[fitted.form.name] ** 2 for errors in left)
+    state_gain, place_gain = (each[reference.name] ** 2 - each[fitted.form.name] ** 2 for each in errors)
     of_places = np.array([place_gain[below_range.place == each].sum() for each in np.unique(below_range.place)])
     skipped = len(force_map.require_fit().states.uncensored) - error.size
     notes = [] if isinstance(fitted.form, Form) else [Finding.of(FindingKind.EUCLIDEAN_FORM)]
@@ -337,7 +334,7 @@ def _p_better(gain: FloatArray) -> float:
     """One-sided p value of a paired t test that the squared errors are not smaller than the reference's, by `gain`."""
     from scipy.special import stdtr
 
-    if gain.size < _LEAST_GAINS or not np.isfinite(gain).all():
+    if gain.size < _LEAST_STATES or not np.isfinite(gain).all():
         return math.nan
     deviation = float(gain.std(ddof=1))
     if deviation == 0:

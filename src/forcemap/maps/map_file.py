@@ -365,7 +365,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             int(phase_two["above_peak"]),
             int(phase_two.get("excluded", 0)),
             _nan(phase_two.get("unused_force_N")),
-            int(phase_two.get("sinking", 0)),
+            float(phase_two.get("sinking", 0.0)),
         ),
         conditions=conditions,
         device_range=_nan(content["device_range_N"]),

@@ -41,8 +41,9 @@ _OTHER_UNIT = re.compile(
 )
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
 
-# How finely a joint motion is cut into straight pieces (docs/decisions.md).
 _SLOWEST = 0.001  # [m/s] by the times of a path; a choice: a whole program that is slower has them in another unit
+
+# How finely a joint motion is cut into straight pieces (docs/decisions.md).
 _STRAIGHT = 1e-4  # [m]; how far it may bend away from a piece
 _TURNING = 1.0  # [deg]; how far it should at most point away from a piece
 _MOST_FOR_TURNING = 200  # pieces of a row that are spent on that
@@ -62,8 +63,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     speed of the contact point on the motion to the point, or `speed_from_point_mps`, on that from it, or `speed_mps`,
     where the file does not say whether it is that of the motion to a point or from it: then a motion has the faster of
     its two points' speeds, where the task's counts for an empty cell. Beside times a column such as `speed_scaling` may
-    tell that they are of a run at full speed. A scaling file (`forcemap export-path`) is read
-    as its pieces at their commanded speeds.
+    tell that they are of a run at full speed. A scaling file (`forcemap export-path`) is read as its pieces at their
+    commanded speeds.
 
     Parameters
     ----------

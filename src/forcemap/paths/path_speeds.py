@@ -340,9 +340,7 @@ def _rows_apart(path: ToolPath, excluded: Mask, acceleration: float, allowance: 
 
 def _blended(path: ToolPath, excluded: Mask, allowance: Allowance) -> Iterator[Finding]:
     """That a stated position tolerance covers no corner of a motion with contact that the robot blends."""
-    ahead, after = path.directions[:-1], path.directions[1:]
-    turn = np.degrees(2 * np.arctan2(np.linalg.norm(ahead - after, axis=1), np.linalg.norm(ahead + after, axis=1)))
-    corners = turn[(turn > CORNER_ANGLE) & ~(excluded[:-1] & excluded[1:])]
+    corners = path.turns[(path.turns > CORNER_ANGLE) & ~(excluded[:-1] & excluded[1:])]
     if allowance.position > POSITION_TOLERANCE and corners.size:
         figures = {"tolerance_m": allowance.position, "corners": corners.size, "turn_deg": corners.max()}
         yield Finding.of(FindingKind.CORNERS_BLENDED, **figures)
@@ -588,8 +586,7 @@ def _cycle_time(
     """Time of the permitted stretches; of the whole only if nothing is refused."""
     if refused.all() or np.isnan(speed[~refused]).any():
         return CycleTime(rule, math.nan, math.nan, rule_speed)
-    cosine = np.einsum("ij,ij->i", path.directions[1:], path.directions[:-1])
-    stops = (cosine < math.cos(math.radians(CORNER_ANGLE))) | (_waits(path)[1:-1] > 0)
+    stops = (path.turns > CORNER_ANGLE) | (_waits(path)[1:-1] > 0)
     total = _waited(path, refused)
     for start, stop in _stretches(refused):
         piece, between = slice(start, stop), slice(start, stop - 1)

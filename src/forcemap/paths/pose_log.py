@@ -44,7 +44,7 @@ _OVERRIDE = re.compile(
 )
 _NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, what it may be
 _NOT_OF_SPEED = re.compile(
-    r"acc|force|torque|jog|max|min|limit|enable|status|active|mode|conv|belt|achse|axis|joint|"
+    r"acc|force|torque|jog|max|min|limit|enable|status|active|mode|conv|belt|achse|axis|joint|request|"
     r"(?<![a-z])id(?![a-z])|(?<!ti)on$",
     re.IGNORECASE,
 )
@@ -123,7 +123,8 @@ def slowed_down(columns: Sequence[tuple[str, Sequence[str]]], *, decimal: str, l
         moving = [share for cell in numbers if (share := float(cell.replace(decimal, "."))) > 0]
         percent = _PERCENT.search(name + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
         full = 100.0 if percent else 1.0
-        all_full = bool(moving) and _FULL * full <= min(moving) and max(moving) <= _MOST_SHARE * full
+        told = len(numbers) == len(cells)  # a cell that is empty or no number may be of a slower stretch
+        all_full = told and bool(moving) and _FULL * full <= min(moving) and max(moving) <= _MOST_SHARE * full
         whole |= all_full and not _NOT_OF_SPEED.search(name)
         if moving and min(moving) < _FULL * full:
             lowest[name] = min(moving) / full

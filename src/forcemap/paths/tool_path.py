@@ -192,6 +192,13 @@ class ToolPath:
         """Unit vector of motion on each piece, shape (n, 3)."""
         return np.asarray(np.diff(self.points, axis=0) / self.lengths[:, None])
 
+    @property
+    def turns(self) -> FloatArray:
+        """Angle by which the motion turns at each point but the first and the last [deg], shape (n - 1,)."""
+        before, after = self.directions[:-1], self.directions[1:]
+        apart, along = np.linalg.norm(before - after, axis=1), np.linalg.norm(before + after, axis=1)
+        return np.asarray(np.degrees(2 * np.arctan2(apart, along)))
+
     def angles_from(self, direction: FloatArray, *, beside: float = 0.0) -> FloatArray:
         """How far the motion may point away from a direction on each piece [deg], shape (n,).
 

@@ -16,7 +16,6 @@ from forcemap.web.admission import is_api
 from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
 from forcemap.web.intake import Intake
-from forcemap.web.limits import GivenTable
 from forcemap.web.pages import page_router, problem_page
 from forcemap.web.point_routes import point_router
 from forcemap.web.request_error import RequestError, status_of
@@ -53,8 +52,7 @@ def create_app(folder: str | Path, *, token: str, limit_table: str = "", registe
         There is no such folder, or no such register.
     """
     served = Folder(folder)
-    given = GivenTable(limit_table)
-    site = Site(served, Intake(served, given), WorkQueue(), given)
+    site = Site(served, Intake(served, limit_table), WorkQueue(), limit_table)
     app = FastAPI(
         title="forcemap",
         version=__version__,

@@ -20,7 +20,6 @@ from starlette.requests import ClientDisconnect
 from forcemap import Campaign, ForcemapError, InputError, collect_campaign, read_campaign
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
-from forcemap.campaigns.binding import stated_since
 from forcemap.files import file_sha256, flush_to_disk, hidden_file, sweep
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.web.campaign_answers import problem_words
@@ -29,7 +28,7 @@ from forcemap.web.conditions import stated_columns
 from forcemap.web.fitted_campaign import impacts_of
 from forcemap.web.folder import Folder
 from forcemap.web.judgements import MeasuredAnswer, TableAnswer, file_answer, is_table, read_answer, table_answer
-from forcemap.web.limits import GivenTable, limits_of
+from forcemap.web.limits import given_table, limits_of
 from forcemap.web.question import Area
 from forcemap.web.request_error import RequestError
 
@@ -129,8 +128,8 @@ class _CampaignIntake:
 class Intake:
     """Takes files for the campaigns of a folder."""
 
-    def __init__(self, folder: Folder, given: GivenTable) -> None:
-        self._folder, self._given = folder, given
+    def __init__(self, folder: Folder, limit_table: str) -> None:
+        self._folder, self._limit_table = folder, limit_table
         self._uploads = asyncio.Semaphore(_UPLOADS)
         self._judging = asyncio.Semaphore(_JUDGED_TOGETHER)
         self._intakes: dict[Path, _CampaignIntake] = {}
@@ -181,15 +180,14 @@ class Intake:
     async def collect(self, name: str) -> CollectAnswer:
         """Read and judge all recordings of a campaign and write its impacts table, as forcemap collect does."""
         path = self._folder.campaign(name)
-        before = read_campaign(path)
-        since = stated_since(before.entries, before.conditions, entered=True)
+        before = read_campaign(path).entries
         problem = await self._collected(path)
         if problem is not None:
             raise problem
-        return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path), since))
+        return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path), before))
 
     def _judged(self, campaign: Path, staged: Path, upload: Judged, drawn: bool) -> Judgement:
-        columns, limits = upload.tried, limits_of(campaign, self._given.table)
+        columns, limits = upload.tried, limits_of(campaign, given_table(self._limit_table))
         with _errors_naming(staged, upload.file):
             if is_table(staged):
                 if staged.stat().st_size > LARGEST_TABLE:
@@ -204,7 +202,7 @@ class Intake:
             message = "this is an impacts table; only recordings are added, the impacts table is made from them"
             raise RequestError(422, "table", message, file=file_name)
         with _errors_naming(staged, file_name):
-            judgement = read_answer(staged, file_name, path, addition, limits_of(path, self._given.table))
+            judgement = read_answer(staged, file_name, path, addition, limits_of(path, given_table(self._limit_table)))
         digest = file_sha256(staged)
         with self._intakes.setdefault(path, _CampaignIntake()).storing:
             target = campaign.recordings / _stored_name(campaign, addition, staged.suffix, digest)

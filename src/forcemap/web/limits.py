@@ -22,22 +22,9 @@ NO_AREA = (
 )
 
 
-@dataclass(frozen=True)
-class GivenTable:
-    """The table of limits given to the server, if any; its file is read anew for each answer, as all files are.
-
-    Parameters
-    ----------
-    file : str
-        Empty without one.
-    """
-
-    file: str = ""
-
-    @property
-    def table(self) -> fm.LimitTable | None:
-        """The table as its file is now; None without one. `InputError` if it cannot be used."""
-        return fm.read_limit_table(self.file) if self.file else None
+def given_table(file: str) -> fm.LimitTable | None:
+    """The table of limits given to the server, as its file is now; None without one. Errors as `read_limit_table`."""
+    return fm.read_limit_table(file) if file else None
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from forcemap.web.admission import TOKEN, new_token
 from forcemap.web.app import create_app
 from forcemap.web.connection import Connection
 from forcemap.web.folder import Folder
-from forcemap.web.limits import GivenTable
+from forcemap.web.limits import given_table
 from forcemap.web.overview import overview
 from forcemap.web.question import Area
 
@@ -66,7 +66,7 @@ def serve(
     InputError
         Another address, a port that is taken, no such folder, body area, table or register.
     """
-    table = GivenTable(limit_table).table
+    table = given_table(limit_table)
     opened = {} if area is None else {"area": force_limit(area, table=table).name}
     if host not in (LOOPBACK, "localhost"):
         raise InputError(f"host: found {host!r}, expected {LOOPBACK}; the page stays on this machine")

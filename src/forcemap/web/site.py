@@ -9,7 +9,7 @@ from forcemap.web.campaign_map import CampaignMap
 from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.folder import Folder
 from forcemap.web.intake import Intake
-from forcemap.web.limits import GivenTable, limits_of
+from forcemap.web.limits import given_table, limits_of
 from forcemap.web.work_queue import WorkQueue
 
 
@@ -22,19 +22,19 @@ class Site:
     folder : Folder
     intake : Intake
     queue : WorkQueue
-    given : GivenTable
-        The table given to the server; none leaves the choice to each campaign.
+    limit_table : str
+        File of the table given to the server; empty leaves the choice to each campaign.
     """
 
     folder: Folder
     intake: Intake
     queue: WorkQueue
-    given: GivenTable
+    limit_table: str
 
     @property
     def table(self) -> fm.LimitTable | None:
         """The table given to the server, as its file is now."""
-        return self.given.table
+        return given_table(self.limit_table)
 
     def campaign_map(self, name: str) -> CampaignMap:
         """The fitted map of a campaign with its limits."""
