@@ -24,7 +24,7 @@ AGAINST = {Quality.SLOW_RETURN, Quality.REVERSED}
 def curves(preset, held):
     """Time [s] and contact forces [N] of impacts over the preset's range, with noise; of a robot that holds one."""
     box_of, rng = box(preset, 0.1), np.random.default_rng(SEED)
-    places = box_of.grid(*(5, 5, 5) if FULL_SIZE else (3, 3, 2))
+    places = box_of.grid(5, 5, 5)
     made = simulate_impacts(virtual_robot(preset), *places.T, duration=0.9)
     every = round(STEP / (made.time[1] - made.time[0]))
     force = made.force[::every].T
