@@ -207,10 +207,10 @@ def test_a_log_without_the_row_of_a_corner_is_told_so_and_not_to_exclude_contact
     )
     run(["path", "ur10e", "log.csv", "--task", "log.toml"])
     out = " ".join(capsys.readouterr().out.split())
-    corner = "if the robot turned there into the next segment, name the row of the corner as the next segment"
+    corner = "if the robot turned there, the row of the corner is missing or has the name of the other motion"
     assert (corner in out) == ("not_downward" in out)
     if every_ms == 20:  # the last row down lies above the first one up: it points up
-        assert "at the end of down (" in out
+        assert "mm of down where it meets another segment, 0.380 s after the first row: if the robot" in out
         assert "contact_possible = false" not in out
         assert "outside: move the path" not in out
         assert "To close the gaps" not in out
@@ -253,6 +253,33 @@ def test_only_what_points_between_two_motions_may_be_a_corner_without_its_row(ca
     partly = "only a part of down points another way: do not exclude contact on all of it"
     assert (partly in out) == (log not in ("corner", "misnamed", "after a refusal"))
     assert ("contact_possible = false" in out) == (log == "after a refusal")
+
+
+@pytest.mark.parametrize(
+    ("first", "told"),
+    [((0.0001, 0, 0), True), ((0.001, 0, -0.001), True), ((0, 0.001, 0), False), ((0.003, 0, 0), False)],
+    ids=["named early", "corner", "aside", "long"],
+)
+def test_a_row_named_after_the_motion_that_follows_is_found_by_its_time(capsys, tmp_path, first, told):
+    """Outwards, a wait of 1 s, then a descent of 80 mm; the first piece of the descent is the one in question."""
+    end = np.array([0.8, 0.0, 0.44])
+    turn, rows = end - np.array(first), ["0,0.7,0,0.44,out"]
+    for time, point, name in [(1, turn, "down"), (2, turn, "down"), (2.1, end, "down"), (3, end - [0, 0, 0.08], "")]:
+        rows.append(f"{time},{','.join(f'{x:.5f}' for x in point)},{name}")
+    (tmp_path / "log.csv").write_text("time_s,x_m,y_m,z_m,segment\n" + "".join(f"{row}\n" for row in rows))
+    (tmp_path / "log.toml").write_text(
+        'schema = "forcemap-task/1"\n[[segments]]\nname = "down"\nareas = ["back_of_hand"]\nclamping_possible = false\n'
+        '[[segments]]\nname = "out"\ncontact_possible = false\nspeed_mps = 0.3\n'
+    )
+    ask = ["path", "ur10e", "log.csv", "--task", "log.toml", "--position-tolerance-m", "0.01"]
+    assert run(ask) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert ("of down where it meets another segment, 2.000 s after the first row: if the robot turned" in out) is told
+    assert "2.000 s after the first row: no permission" in out
+    assert run([*ask, "--json"]) == 1
+    pieces = json.loads(capsys.readouterr().out)["pieces"]
+    starts = {piece["segment"]: piece["time_s"] for piece in reversed(pieces)}
+    assert starts == {"out": 0.0, "down": 2.0}
 
 
 @pytest.mark.parametrize(("apart", "mm"), [(0.04, 0), (0.4, 20)])

@@ -25,6 +25,7 @@ RULES = ("allowed", "standard", "constant", "segmented", "program", "slowed")
 class PieceAnswer(Answer):
     """A short piece of a path; its speed to program, and at contact, null where none is permitted.
 
+    `time_s` is the time [s] after the first row of the file at which the piece begins; null without times.
     `speed_mps` is the speed to program once more, by the name that it had before `speed_to_program_mps`.
     """
 
@@ -32,6 +33,7 @@ class PieceAnswer(Answer):
     from_m: list[float]
     to_m: list[float]
     length_m: float
+    time_s: Figure
     speed_to_program_mps: Figure
     speed_mps: Figure
     contact_speed_mps: Figure
@@ -368,6 +370,7 @@ def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
         from_m=points[:-1],
         to_m=points[1:],
         length_m=path.lengths,
+        time_s=[None] * len(path) if path.time is None or path.begins is None else path.begins - path.time[0],
         speed_to_program_mps=speeds.speed,
         speed_mps=speeds.speed,
         contact_speed_mps=speeds.contact_speed,

@@ -233,7 +233,7 @@ def path_lines(
         by = f"{governed_by} ({map_name})" if several and map_name else governed_by
         rows.append([name, length, where, outcome, allowed, _programmed(pieces), by])
         if not speeds:
-            reasons.append(f"{name}, {where}: no permission, {reason}")
+            reasons.append(f"{name}, {where}{_when(pieces[0])}: no permission, {reason}")
     programmed = "programmed, at most" if answer.timed else "programmed"
     header = ["segment", "length m", "d, h m", "outcome", "to program m/s", programmed, "governed by"]
     return [
@@ -262,6 +262,11 @@ def _length(metres: float) -> str:
     return f"{metres:.3f}" if metres >= 0.001 or not metres else f"{metres:.2g}"
 
 
+def _when(piece: PieceAnswer) -> str:
+    """When the motion of a piece begins, of a path with times."""
+    return "" if piece.time_s is None else f", {piece.time_s:.3f} s after the first row"
+
+
 _NO_DIRECTION = ("not_downward", "no_map")
 _LONGEST_TURN = 0.005
 """Of a piece that a missing row may explain [m]: what a robot does between two rows, 20 ms at 0.25 m/s."""
@@ -273,38 +278,47 @@ _STRAY = 3.0
 
 def _turns(answer: PathAnswer) -> list[PieceAnswer]:
     """Pieces of a log refused for their direction alone that may be the chord across a corner without a row of its own:
-    the short last one of a segment, after a piece with permission, pointing between the motions before and after."""
+    the short first or last one of a segment, beside a piece of it with permission, pointing between the motions before
+    and after."""
     if not answer.timed:
         return []
     return [
         piece
         for before, piece, after in zip(answer.pieces, answer.pieces[1:], answer.pieces[2:], strict=False)
         if piece.outcome in _NO_DIRECTION
-        and before.segment == piece.segment != after.segment
-        and before.speed_mps is not None
+        and before.segment != after.segment
         and piece.length_m <= _LONGEST_TURN
-        and _cuts_corner(before, piece, after)
+        and any(
+            beside.segment == piece.segment
+            and beside.speed_mps is not None
+            and _cuts_corner(before, piece, after, other)
+            for beside, other in ((before, after), (after, before))
+        )
     ]
 
 
-def _cuts_corner(*pieces: PieceAnswer) -> bool:
-    """True if the second of three pieces points between the first and the last, or along one if these are opposite."""
-    if not all(piece.length_m for piece in pieces):
+def _cuts_corner(before: PieceAnswer, piece: PieceAnswer, after: PieceAnswer, other: PieceAnswer) -> bool:
+    """True if a piece points between those before and after it, or along one if these are opposite; `other` is the one
+    of these in another segment."""
+    if not (before.length_m and piece.length_m and after.length_m):
         return False
-    before, chord, after = (np.subtract(piece.to_m, piece.from_m) / piece.length_m for piece in pieces)
-    turn, first, second = angle_between(before, after), angle_between(before, chord), angle_between(chord, after)
+    comes, chord, goes, across = (
+        np.subtract(each.to_m, each.from_m) / each.length_m for each in (before, piece, after, other)
+    )
+    turn, first, second = angle_between(comes, goes), angle_between(comes, chord), angle_between(chord, goes)
     if turn > 180 - _STRAY:
         return min(first, second) < _STRAY
-    own = pieces[1].length_m > _LONGEST_MISNAMED and second < _STRAY  # a motion as the next one, but of some length
+    own = piece.length_m > _LONGEST_MISNAMED and angle_between(chord, across) < _STRAY  # a motion of some length
     return first + second < turn + _STRAY and not own
 
 
 def _turn_lines(turns: Sequence[PieceAnswer]) -> list[str]:
     """What to do where a log may lack the row of a corner."""
     return [
-        f"  at the end of {piece.segment} ({1000 * piece.length_m:.2g} mm): if the robot turned there into the next "
-        "segment, name the row of the corner as the next segment, for a row names the motion from it; add it where it "
-        "is missing, or log more often; if the robot moved as the rows say, this piece has no permission"
+        f"  {1000 * piece.length_m:.2g} mm of {piece.segment} where it meets another segment{_when(piece)}: if the "
+        "robot turned there, the row of the corner is missing or has the name of the other motion (a row names the "
+        "motion from it): correct that row's name, add the row, or log more often; if the robot moved as the rows say, "
+        "this piece has no permission"
         for piece in turns
     ]
 

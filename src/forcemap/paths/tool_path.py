@@ -305,9 +305,12 @@ class ToolPath:
     @property
     def _moving_times(self) -> FloatArray | None:
         """How long the program moves along each piece [s], shape (n,); None for an untimed path."""
-        if self.time is None:
-            return None
-        return np.asarray(np.diff(self.time) - (0.0 if self.wait is None else self.wait[:-1]))
+        return None if self.time is None or self.begins is None else np.asarray(self.time[1:] - self.begins)
+
+    @property
+    def begins(self) -> FloatArray | None:
+        """When the motion of each piece begins [s], shape (n,); None for an untimed path."""
+        return None if self.time is None else self.time[:-1] + (0.0 if self.wait is None else self.wait[:-1])
 
     def resampled(self, step: float) -> ToolPath:
         """The same path in pieces not longer than `step` [m] along the arc; every point of the path is kept.
@@ -327,9 +330,8 @@ class ToolPath:
         share = ((np.arange(piece.size) - first[piece]) / counts[piece])[:, None]
         points = np.vstack([self.points[piece] * (1 - share) + self.points[piece + 1] * share, self.points[-1:]])
         time, wait, rows, unseen = None, None, None, None
-        if self.time is not None:
-            leaves = self.time + (0.0 if self.wait is None else self.wait)
-            inner = leaves[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
+        if self.time is not None and self.begins is not None:
+            inner = self.begins[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
             whole = share[:, 0] == 0
             inner[whole] = self.time[piece[whole]]
             time = np.append(inner, self.time[-1])
