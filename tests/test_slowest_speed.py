@@ -346,6 +346,25 @@ def test_a_map_is_not_kept_where_new_slower_impacts_lie_above_what_it_allows_for
     assert "slow0" in fm.sentence(check.reason)
 
 
+def test_a_slower_impact_above_a_map_is_named_with_its_own_force():
+    """Not with that of another one, which is larger where the map allows for more."""
+    force_map = fm.fit_force_map(impacts([0.9] * 5))
+    ratios = np.array([0.9] * 5)
+    strongest = int(np.argmax(printed_force("ur10e", *PLACES.T, np.full(5, 0.2))))
+    weakest = int(np.argmin(printed_force("ur10e", *PLACES.T, np.full(5, 0.2))))
+    ratios[weakest] = 1.3
+    new = impacts(ratios, slowest=float("nan"))
+    scatter = np.exp(np.random.default_rng(9).normal(0, 0.01, len(new)))
+    new = replace(new, distance=new.distance + 0.001, peak_force=new.peak_force * scatter)
+    figures = dict(fm.check_map(force_map, new).reason.figures)
+    force = dict(zip(new.states.name, new.states.highest, strict=True))
+    assert force[f"slow{weakest}"] < force[f"slow{strongest}"]
+    assert figures["names"] == (f"slow{weakest}",)
+    assert figures["force_N"] == pytest.approx(force[f"slow{weakest}"])
+    low = fm.ToleranceBound().upper(force_map, *PLACES[[weakest]].T, force_map.measured_range.lowest[2:])
+    assert figures["allowed_N"] == pytest.approx(float(low[0]), rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("words", "column"),
     [("slowest_mps = 0", "found 0,"), ('slowest_mps = "0.2"', "a finite number"), ("slowst_mps = 0.2", "slowest_mps")],

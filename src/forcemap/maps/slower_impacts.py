@@ -154,13 +154,19 @@ def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding |
         return None
     allowed = max(cover_slower(force_map).raised, 1.0) * bound.upper(force_map, *_nearest(force_map, slower))
     force = np.fmax(slower.highest, slower.at_least)
-    names = tuple(np.array(slower.name)[force > allowed].tolist())
-    if not names:
+    above = force > allowed
+    if not above.any():
         return None
+    i = int(np.argmax(force / allowed))
     lowest = float(conditions.as_stated(force_map.measured_range.lowest[2:])[0])
-    slowest = conditions.slowest if conditions.slowest > 0 else lowest
-    figures = {"names": names, "force_N": float(force.max()), "slowest_mps": slowest}
-    return Finding.of(FindingKind.SLOWER_ABOVE_MAP, **figures)
+    return Finding.of(
+        FindingKind.SLOWER_ABOVE_MAP,
+        names=tuple(np.array(slower.name)[above].tolist()),
+        state=slower.name[i],
+        force_N=float(force[i]),
+        allowed_N=float(allowed[i]),
+        slowest_mps=conditions.slowest if conditions.slowest > 0 else lowest,
+    )
 
 
 def _at_lowest_speed(force_map: ForceMap) -> FloatArray:
