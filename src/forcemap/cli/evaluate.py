@@ -199,7 +199,10 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
         "slower impacts measured, of the map's force at its lowest speed, at least 100 %: the more, the fewer places "
         "have a speed",
         *(
-            ["5 deg off: places with a speed for motion up to 5 degrees off the direction, as a table of zones has it"]
+            [
+                "5 deg off: places with a speed for motion up to 5 degrees off the direction, as a table of zones asks "
+                "for; fewer of its zones have one, each that of its worst place (forcemap export says how many)"
+            ]
             * with_places
         ),
         "doubts: further ones of that map alone, of motion off the direction, too; below for the maps named above; "

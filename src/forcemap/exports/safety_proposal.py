@@ -43,7 +43,7 @@ def safety_proposal(
         ("least height above the base", low, "m", "mm", "safety plane"),
         ("largest height", high, "m", "mm", "safety plane"),
     ]
-    force = min(table.provenance.limits_N)
+    force, fastest = min(table.provenance.limits_N), table.speed_mmps.max() / 1000
     lines += ["| entry | proposed | in vendor units | note | typed in | by, date |", "|---|---|---|---|---|---|"]
     lines += [f"| {name} | {v:.3f} {si} | {1000 * v:.0f} {unit} | {note} | | |" for name, v, si, unit, note in entries]
     lines += [
@@ -52,7 +52,10 @@ def safety_proposal(
         "sheet | | |",
         "",
         f"The block is the {_OF_PATH if of_path else _WIDEST}{straight}.",
-        "A faster program needs the table of zones; the safety configuration knows one speed.",
+        f"It is for a program at one speed, in the place of the table of zones: it stops the table's speeds, up to "
+        f"{fastest:.3f} m/s, and its zones beside the block.",
+        f"With the table, a tool speed limit of {fastest:.3f} m/s stops none of its speeds, and keeps no limit of "
+        "force by itself: that the zones are kept rests on the robot's program.",
         "",
         *_violations(table, block, task, speeds),
         "- [ ] the campaign's safety settings are those of this robot; changing them makes the map invalid",
