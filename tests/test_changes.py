@@ -137,14 +137,32 @@ def test_a_map_is_not_said_to_hold_for_forces_that_sink_slowly(force_map):
     check = fm.check_map(force_map, replace(dataset, phase_two=sinking))
     assert check.outcome is fm.MapOutcome.CANNOT_TELL
     assert sentence(check.reason).startswith("THE FORCE SINKS SLOWLY TO ZERO")
-    alike = replace(force_map, phase_two=sinking)
-    assert fm.check_map(alike, replace(dataset, phase_two=sinking)).outcome is fm.MapOutcome.HOLDS
+    alike = fm.check_map(replace(force_map, phase_two=sinking), replace(dataset, phase_two=sinking))
+    assert alike.outcome is fm.MapOutcome.HOLDS
+    assert "THE FORCE SINKS SLOWLY TO ZERO" in sentence(alike.reason)
+
+
+@pytest.mark.parametrize(("sinks", "said"), [(3, True), (2, True), (1, False), (0, False)])
+def test_forces_that_sink_at_one_state_of_many_are_said_with_its_name(sinks, said):
+    """One robot may clamp at one place alone; a single impact of a state may be a stray one."""
+    dataset = new_impacts(np.random.default_rng(11), READABLE[::3])
+    assert sinks < 0.05 * len(dataset)
+    flags = np.where(np.arange(len(dataset)) < sinks, "slow_return: 0.2 s", "").tolist()
+    again = fm.ImpactDataset.from_arrays(
+        distance=dataset.distance, height=dataset.height, speed=dataset.stated_speed, peak_force=dataset.peak_force,
+        state=dataset.state, flags=flags, conditions=dataset.conditions,
+    )  # fmt: skip
+    doubt = again.phase_two.doubt
+    assert (doubt is not None) is said
+    assert doubt is None or doubt.figure("names") == (dataset.state[0],)
 
 
 def phase_two(scenarios):
     """What is known of Phase II of impacts that leave 60 N."""
     kinds = np.array([fm.ContactScenario(each) for each in scenarios], dtype=object)
-    return PhaseTwo.of(kinds, np.full(len(kinds), 60.0), np.full(len(kinds), 200.0), np.full(len(kinds), ""))
+    return PhaseTwo.of(
+        kinds, np.full(len(kinds), 60.0), np.full(len(kinds), 200.0), np.full(len(kinds), ""), np.full(len(kinds), "s")
+    )
 
 
 def test_figures_are_those_of_a_literal_reading(force_map):

@@ -8,6 +8,7 @@ import math
 import os
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from forcemap.assessment.assess_campaign import assess_points
 from forcemap.assessment.confirmation import confirmations
 from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
 from forcemap.assessment.missing import Missing
-from forcemap.assessment.point_results import PointOutcome, point_results
+from forcemap.assessment.point_results import PointOutcome, doubts_at_points, point_results
 from forcemap.campaigns.conditions import may_be_alike
 from forcemap.campaigns.not_stated import Matters, not_stated
 from forcemap.campaigns.point_list import AtPoint, measured_at_points
@@ -420,8 +421,9 @@ def test_forces_that_sink_and_what_is_stated_since_are_said_of_impacts_that_conf
     stated = folder / "campaign.toml"
     stated.write_text(stated.read_text() + "[tool]\npayload_kg = 5.0\n")
     assert kinds() & doubts == {fm.FindingKind.STATED_SINCE}
-    collect(folder)
-    registered_points(folder)
+    fm.collect_campaign(folder)
+    assert kinds() & doubts == {fm.FindingKind.STATED_SINCE}
+    fm.collect_campaign(folder, enter=True)
     assert not kinds() & doubts
     names = folder / "points" if own else folder / "recordings"
     for path in names.glob("P1-*" if own else "d700-h300-v100-*"):
@@ -435,6 +437,11 @@ def test_forces_that_sink_and_what_is_stated_since_are_said_of_impacts_that_conf
     (result,) = assess_points(folder).points
     assert result.confirmed_by
     assert kinds() & doubts == {fm.FindingKind.FORCE_SINKS}
+    sound = replace(result, impacts=tuple(replace(impact, sinks=False) for impact in result.impacts))
+    many = [replace(sound, point=replace(result.point, name=f"S{i}")) for i in range(40)]
+    (said_of,) = doubts_at_points([*many, result], Missing("no map"))[:1]  # one point among many stands for itself
+    assert (said_of.kind, said_of.figure("names")) == (fm.FindingKind.FORCE_SINKS, ("P1",))
+    assert fm.FindingKind.FORCE_SINKS not in {each.kind for each in doubts_at_points(many, Missing("no map"))}
 
 
 NAMED = {"rests_on": "measurements", "recordings": "d700-h300-v100"}

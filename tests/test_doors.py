@@ -596,9 +596,40 @@ def test_what_the_robot_is_said_to_carry_since_is_doubted_until_it_was_entered(e
     assert doubt in " ".join(forcemap("speed", cell, *place)[1].split())
     found = ask("collect", cell)[1]
     assert found["stated_since"].startswith(doubt)
-    assert found["stated_since"].endswith("empty its column in recordings.csv and collect again")
+    assert found["stated_since"].endswith("and collect again")
     assert ask("collect", cell)[1]["stated_since"] == ""
     assert not any(each.startswith("STATED SINCE") for each in ask("speed", cell, *place)[1]["warnings"])
+
+
+def test_only_collect_enters_what_is_stated_since_and_says_so_of_contact_points_too(cell, ask, forcemap):
+    """Other commands that collect say nothing of it, so the doubt stays."""
+    (cell / "points").mkdir(exist_ok=True)
+    first = sorted((cell / "recordings").iterdir())[0]
+    shutil.copy(first, cell / "points" / "Q-1.csv")
+    text = re.sub(r"(?m)^payload_kg = .*\n", "", (cell / "campaign.toml").read_text())
+    (cell / "campaign.toml").write_text(text)
+    for name in ("recordings.csv", "impacts.csv"):
+        (cell / name).unlink()
+    collect(cell)
+    with_payload = text if "[tool]\n" in text else f"{text}[tool]\n"
+    (cell / "campaign.toml").write_text(with_payload.replace("[tool]\n", "[tool]\npayload_kg = 5.0\n"))
+    fm.collect_campaign(cell)
+    registers = ("recordings.csv", "point_recordings.csv")
+    assert not any("5.0" in row.get("tool.payload_kg", "") for name in registers for row in rows(cell / name))
+    alone = shutil.copytree(cell, cell.parent / "alone")  # a folder of recordings at contact points alone
+    shutil.rmtree(alone / "recordings")
+    (alone / "recordings").mkdir()
+    for name in ("recordings.csv", "impacts.csv"):
+        (alone / name).unlink()
+    code, _, err = forcemap("collect", alone)
+    assert code == 2
+    assert "found no recording" in err
+    assert "tool.payload_kg = 5.0" in err
+    assert "STATED SINCE" not in forcemap("collect", alone)[2]
+    for path in (cell / "recordings").iterdir():
+        path.touch()
+    assert "tool.payload_kg = 5.0" in ask("collect", cell)[1]["stated_since"]
+    assert all(row.get("tool.payload_kg") == "5.0" for name in registers for row in rows(cell / name))
 
 
 def test_a_spreadsheet_that_writes_numbers_otherwise_breaks_nothing(cell):

@@ -281,7 +281,7 @@ def test_what_is_known_is_not_judged_again(campaign, judged):
 def test_a_folder_as_it_was_left_is_read_alone_and_one_that_changed_is_not(campaign, monkeypatch, tmp_path):
     collect(campaign)
     walked = []
-    monkeypatch.setattr(build, "registered", lambda *each: walked.append(each) or registered(*each))
+    monkeypatch.setattr(build, "registered", lambda *each, **also: walked.append(each) or registered(*each, **also))
     registered = impact_rows.registered
     before = tables(campaign)
     collect(campaign)

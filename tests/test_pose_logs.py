@@ -9,7 +9,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.cli.app import run
-from forcemap.paths.pose_log import slowed_down
+from forcemap.paths.full_speed import doubts_of_full_speed
 
 POINTS = np.array([[0.8, -0.1, 0.44], [0.8, -0.1, 0.4205], [0.8, -0.1, 0.4], [0.8, -0.1, 0.38]])
 TIMES = np.array([0.0, 0.2, 0.4, 0.6])
@@ -236,10 +236,93 @@ def test_times_that_repeat_for_they_are_rounded_contradict_no_rate(tmp_path, rat
         assert fm.read_recording(tmp_path / "impact.csv", columns=columns).sampling_rate == pytest.approx(rate)
 
 
-def test_a_column_of_the_override_that_is_filled_in_part_tells_nothing():
-    def kinds(*cells):
-        return [finding.kind for finding in slowed_down([("speed_scaling", cells)], decimal=".", log=True)]
+def kinds(moved=100.0, **columns):
+    """The doubts that columns give of four rows, `moved` [mm] apart; one cell is that of every row."""
+    cells = [
+        (name.replace("__", " "), each if isinstance(each, list) else [each] * 4) for name, each in columns.items()
+    ]
+    rows = np.column_stack([np.arange(4) * moved / 1000, np.zeros((4, 2))])
+    return [finding.kind.value for finding in doubts_of_full_speed(cells, rows, log=True)]
 
-    assert kinds("1", "1", "1") == []
-    assert kinds("1", "", "") == kinds("1", "half", "1") == [fm.FindingKind.LOG_FULL_SPEED_UNTOLD]
-    assert kinds("1", "", "0.5") == [fm.FindingKind.LOG_SLOWED]
+
+UNTOLD, SLOWED = ["log_full_speed_untold"], ["log_slowed"]
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        (["1"] * 4, []),
+        (["1", "1", "1", ""], []),  # no motion begins at the last row
+        (["1", "", "", ""], UNTOLD),
+        (["1", "half", "1", "1"], UNTOLD),
+        (["1", "", "0.5", "1"], SLOWED),
+        (["0,5", "1,0", "1,0", "1,0"], SLOWED),
+        (["0", "0", "0", "1"], UNTOLD),  # the robot moves there
+        (["-1", "-1", "-1", "1"], UNTOLD),
+        (["nan"] * 4, UNTOLD),
+        ([""] * 4, UNTOLD),
+    ],
+)
+def test_a_column_of_the_override_tells_of_full_speed_only_where_it_is_filled_in_every_row_that_moves(cells, said):
+    assert kinds(speed_scaling=cells) == said
+
+
+def test_an_override_of_zero_where_the_robot_stands_says_nothing_against_full_speed():
+    assert kinds(moved=0.5, speed_scaling=["0", "0", "0", "1"]) == []
+    assert kinds(moved=0.5, speed_scaling=["1"] * 4, other=["0"] * 4) == []
+
+
+OF_SOMETHING_ELSE = (
+    "gripper_speed_percent spindle_override Laser__override__[%] fan__speed__% Pump__speed__percent feeder__speed__% "
+    "screwdriver_speed_pct velocity_filter_factor override_cmd speed_override_setpoint Override__Soll__[%] "
+    "default_override Override__aktiv override_request acceleration_override"
+)
+
+
+@pytest.mark.parametrize("name", OF_SOMETHING_ELSE.split())
+def test_only_what_is_known_to_be_the_robots_override_tells_of_full_speed(name):
+    assert kinds(**{name: "100"}) == UNTOLD
+    assert kinds(**{name: "100", "speed_scaling": "1.0"}) == []
+    assert kinds(**{name: "100", "speed_scaling": "0.5"}) == SLOWED
+
+
+@pytest.mark.parametrize("name", ["jog_override", "spindle_override", "gripper_speed_percent", "acc_override"])
+def test_an_override_of_another_device_is_no_doubt_beside_the_robots_own(name):
+    assert kinds(**{name: "10", "speed_override": "100"}) == []
+    assert kinds(OV_APPL="50", speed_override="100") == SLOWED  # nobody knows whose that is
+
+
+def test_an_override_that_is_one_everywhere_may_be_a_flag_or_a_percent():
+    assert kinds(speed_override="1") == kinds(override="1") == UNTOLD
+    assert kinds(speed_override="1.0") == kinds(speed_scaling="1") == []
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "automatic"),
+    [
+        ("MODE_OP", "#EX", True), ("mode", "AUTO test 3", True), ("safety_mode", "1", True), ("robot_mode", "7", True),
+        ("mode", "Automatik", True), ("joint_mode_0", "253", True), ("gripper_model", "Hand-E", True),
+        ("reduced_mode", "0", True), ("is_manual", "False", True), ("program", "pick", True),
+        ("Betriebsart", "Handbetrieb", False), ("Betriebsart", "Tippbetrieb", False),
+        ("Betriebsart", "Einrichten", False), ("op_mode", "SETUP", False),
+        ("op_mode", "1", False), ("mode", "ModeT1", False), ("mode", "T 1", False),
+        ("mode", "SLOW", False), ("mode", "250 mm/s", False), ("mode", "", False),
+        ("operating_mode", "HandGuiding", False),
+        ("reduced_mode", "1", False), ("reduced_mode", "True", False), ("manual_mode", "True", False),
+        ("safety_mode", "2", False), ("safety_mode", "REDUCED", False), ("robot_mode", "5", False),
+        ("key_switch", "T1", False), ("opstate", "#T1", False), ("Operation", "MANUAL", False), ("T1", "1", False),
+        ("mode", "MANUAL_REDUCED_SPEED", False),
+    ],
+)  # fmt: skip
+def test_only_modes_that_are_known_to_be_automatic_say_nothing_against_full_speed(column, cell, automatic):
+    assert kinds(**{column: cell, "speed_scaling": "1.0"}) == ([] if automatic else UNTOLD)
+
+
+def test_modes_in_any_column_of_a_log_are_read(tmp_path):
+    for cell, said in (("T1", UNTOLD), ("pick", [])):
+        rows = "".join(
+            f"{1000 * t:g};{1000 * x};{1000 * y};{1000 * z};{cell};1.0\n"
+            for t, (x, y, z) in zip(TIMES, POINTS, strict=True)
+        )
+        (tmp_path / "log.csv").write_text(f"t;X;Y;Z;key_switch;speed_scaling\n{rows}")
+        assert [each.kind.value for each in fm.read_path(tmp_path / "log.csv", columns=XYZ | CLOCK).doubts] == said

@@ -57,6 +57,9 @@ DATABASES = ("sqlite", "postgresql")
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(["forcemap.register.enter", "forcemap.register.schema", "register_folders", "psycopg"])
 FIRST_DAY = "2026-01-20"
+NOT_BEFORE = (
+    "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED AFTER THE ONE THAT IT RESTS ON, OR NOT KNOWN TO BE MEASURED BEFORE:"
+)
 UNTIL = (datetime.date.today() + datetime.timedelta(days=300)).isoformat()
 SHARED = "-c fsync=off -c max_connections=200 -c listen_addresses='' -c shared_buffers=64MB"
 
@@ -904,9 +907,7 @@ def test_later_impacts_that_clamp_or_were_sampled_too_slowly_end_a_release_of_a_
     assert released(asked, west) == 2
     first, second = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][:2]
     assert "at speeds that it permits, or clamp, so that no transient limit may be used" in first
-    assert second.startswith(
-        "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED OR MEASURED AFTER THE ONE THAT IT RESTS ON: kept, held."
-    )
+    assert second.startswith(f"{NOT_BEFORE} kept, held.")
     coarse = harder(measured, tmp_path / "coarse", 0.9, TODAY, near=(0.7, 0.3), coarse=("d7",))
     used = [entry.use for entry in fm.read_campaign(coarse).entries]
     assert {"discarded", "used"} <= {*used}
@@ -936,21 +937,25 @@ def test_a_release_that_was_not_compared_is_released_anew_and_says_so(register, 
     assert released(asked, west) == 2  # the same words as of the first, as it says
     assert not any("evaluate" in words for due in asked("due")[1]["due"] for words in due["findings"])
     said = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][0]
-    assert said.startswith(
-        "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED OR MEASURED AFTER THE ONE THAT IT RESTS ON: east."
-    )
+    assert said.startswith(f"{NOT_BEFORE} east.")
     assert released(asked, west) == 2
 
 
-def test_a_campaign_that_was_measured_later_is_said_whichever_was_entered_first(register, measured, tmp_path, asked):
+@pytest.mark.parametrize(("day", "told"), [(TODAY, True), (DAY, True), ("", True), ("2020-01-02", False)])
+def test_a_campaign_that_is_not_known_to_be_measured_before_is_said_whichever_was_entered_first(
+    day, told, register, measured, tmp_path, asked
+):
     west = shutil.copytree(measured, tmp_path / "west")
-    asked("enter", harder(measured, tmp_path / "east", 0.9, TODAY))
+    asked("enter", harder(measured, tmp_path / "east", 0.9, day or DAY))
+    if not day:
+        (toml := tmp_path / "east" / "campaign.toml").write_text(
+            re.sub(r"(?m)^date = .*\n", "", (tmp_path / "east" / "campaign.toml").read_text())
+        )
+        assert DAY not in toml.read_text()
     asked("enter", west)
     assert released(asked, west) == 1
     said = asked("state", "cell-1")[1]["releases"][0]["speeds"]["warnings"][0]
-    assert said.startswith(
-        "OTHER CAMPAIGNS OF THIS CELL WERE ENTERED OR MEASURED AFTER THE ONE THAT IT RESTS ON: east."
-    )
+    assert told is said.startswith(f"{NOT_BEFORE} east.")
 
 
 @pytest.mark.parametrize(("near", "ends"), [((0.71, 0.31), True), ((0.73, 0.31), False)])

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.answers.form_test import DriftAnswer
-from forcemap.campaigns.binding import stated_since
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
 from forcemap.campaigns.impacts_table import not_entered
 from forcemap.campaigns.point_list import POINT_REGISTER
 from forcemap.campaigns.point_recordings import point_names
-from forcemap.campaigns.recordings_table import Entry
 from forcemap.campaigns.repeatability import repeatability
 from forcemap.campaigns.summary import campaign_summary
 from forcemap.findings import Finding, FindingKind
@@ -145,12 +142,12 @@ class CollectAnswer(Answer):
     files: list[str]
 
     @classmethod
-    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset, before: Sequence[Entry] = ()) -> CollectAnswer:
-        """The answer for a campaign read after `build_dataset`, the dataset that this returned, and its recordings as
-        they were registered `before`."""
+    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset, entered: Finding | None = None) -> CollectAnswer:
+        """The answer for a campaign read after `build_dataset`, the dataset that this returned, and what it entered of
+        what is stated since."""
         summary = campaign_summary(campaign, dataset)
         missing, used = not_entered(campaign.conditions, campaign.folder)
-        entered = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED, missing=missing, recordings=used)] if missing else []
+        unspeeded = [Finding.of(FindingKind.SPEEDS_NOT_ENTERED, missing=missing, recordings=used)] if missing else []
         refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
         of_points = len(point_names(campaign.folder))
         return cls.from_result(
@@ -167,11 +164,11 @@ class CollectAnswer(Answer):
             ],
             scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
             transient_refused=sentences(refusal.also) if refusal else [],
-            contradictions=(*entered, *filter(None, [dataset.phase_two.doubt]), *dataset.contradictions),
+            contradictions=(*unspeeded, *filter(None, [dataset.phase_two.doubt]), *dataset.contradictions),
             drift=dataset.drift,
             repeatability=repeatability(dataset),
             disagreeing_repeats=dataset.disagreeing_repeats,
-            stated_since=stated_since(before, campaign.conditions, entered=True),
+            stated_since=entered,
             units=unit_finding(dataset.conditions, dataset.states),
             point_recordings=of_points,
             files=[campaign.register_file.name, campaign.table_file.name, *[POINT_REGISTER] * bool(of_points)],

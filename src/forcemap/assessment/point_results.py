@@ -423,10 +423,16 @@ def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missin
     """What is to be known of the impacts that confirm contact points: what is stated since, that their forces sink; and
     that nothing tells of slower motion, nor whether their stated speeds were reached, but of those of a map that says
     it of itself and permits their places for slower motion."""
-    confirming = [i for e in points if e.point.by_measurements for i in e.impacts if i.recording in e.confirmed_by]
-    found = list(dict.fromkeys(impact.since for impact in confirming if impact.since))
-    sinking = float(np.mean([impact.sinks for impact in confirming])) if confirming else 0.0
-    found += filter(None, [PhaseTwo(sinking=sinking).doubt])
+    confirming = {
+        e.point.name: [impact for impact in e.impacts if impact.recording in e.confirmed_by]
+        for e in points
+        if e.point.by_measurements
+    }
+    every = [impact for impacts in confirming.values() for impact in impacts]
+    found = list(dict.fromkeys(impact.since for impact in every if impact.since))
+    if sinks := [impact.sinks for impact in every]:
+        at = tuple(name for name, impacts in confirming.items() if any(impact.sinks for impact in impacts))
+        found += filter(None, [PhaseTwo(sinking=float(np.mean(sinks)), sinking_at=at).doubt])
     of_none = [e for e in points if e.confirmed_by and e.point.by_measurements and not _of_map(e, force_map)]
     if not of_none:
         return found

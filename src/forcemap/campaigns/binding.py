@@ -198,6 +198,13 @@ def stated_since(entries: Iterable[Entry], conditions: Conditions, *, entered: b
     return Finding.of(FindingKind.STATED_SINCE, entries=tuple(new), entered=entered or None) if new else None
 
 
+def as_known(then: Mapping[str, str], now: Mapping[str, str], *, entered: bool) -> dict[str, str]:
+    """What is stated `now` of a recording that was registered under `then`, nothing if it is new: how the robot hit
+    only if that was stated then, or is to be `entered`, so that `forcemap collect` alone does, which says it."""
+    keep = entered or not then
+    return {key: text for key, text in now.items() if keep or key in then or key not in _HOW_IT_HIT}
+
+
 _HOW_IT_HIT = (
     *(f"tool.{key}" for key in ("name", "payload_kg", "covers")),
     *("contact.site", "contact.direction", "robot.safety_settings"),

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from forcemap.campaigns.binding import impact_sha256
+from forcemap.campaigns.binding import impact_sha256, stated_since
 from forcemap.campaigns.campaign import Campaign, read_campaign, with_register
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
@@ -16,7 +16,7 @@ from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, Used
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.memory import NOTE_FILE, checksums_of, is_settled, read_from, remembering, settle
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
-from forcemap.campaigns.point_recordings import films_at_points, register_points
+from forcemap.campaigns.point_recordings import films_at_points, register_points, registered_points
 from forcemap.campaigns.pressures import (
     PRESSURES_FOLDER,
     Films,
@@ -32,6 +32,7 @@ from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, TableError
 from forcemap.files import alone, file_sha256, read_bytes, sha256, sweep, write_atomically
+from forcemap.findings import Finding
 from forcemap.impacts.impact import Quality
 
 _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
@@ -39,7 +40,9 @@ _NOT_AS_REGISTERED = (FileState.GONE, FileState.CURVE_GONE, FileState.CHANGED)
 _TRIES = 3  # of collecting while another process collects the same folder; a choice
 
 
-def build_dataset(campaign: Campaign, *, progress: Progress | None = None, workers: int = 1) -> ImpactDataset:
+def build_dataset(
+    campaign: Campaign, *, progress: Progress | None = None, workers: int = 1, enter: bool = False
+) -> ImpactDataset:
     """Read, judge and register every recording of a campaign, and write its impacts table.
 
     Writes `recordings.csv` and `impacts.csv`, and `point_recordings.csv` where there are files in `points/`, each in
@@ -56,6 +59,10 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
         Called with the number of files done and of all files.
     workers : int, optional
         Processes that judge at once, where there are many files; more than one in a program without threads alone.
+    enter : bool, optional
+        Whether to enter tool, payload, covers, contact site, direction and safety settings that are stated since with
+        the recordings that were registered before, as measured under them. Else every speed says that they are stated
+        since; `entered_since` says what was entered.
 
     Returns
     -------
@@ -74,17 +81,18 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
     TableError
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
-    register_points(campaign.folder, campaign.conditions, campaign.columns)
+    pending = enter and stated_since(registered_recordings(campaign), campaign.conditions)
+    register_points(campaign.folder, campaign.conditions, campaign.columns, enter=enter)
     checksums = checksums_of(campaign)
     read = read_from(campaign, checksums)
-    if is_settled(campaign, read):
+    if is_settled(campaign, read) and not pending:
         if progress:
             progress(len(checksums), len(checksums))
         with alone(campaign.folder):
             sweep(campaign.folder)
             return read_dataset(campaign.folder)
     with remembering(campaign, checksums, workers=workers) as reader:
-        entries, rows = collected(campaign, progress=progress, reader=reader)
+        entries, rows = collected(campaign, progress=progress, reader=reader, enter=enter)
     with alone(campaign.folder):
         if _sha256(campaign.register_file) != campaign.register_sha256:
             message = "was changed meanwhile, so nothing was written; run it again"
@@ -101,15 +109,33 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
         return dataset
 
 
+def registered_recordings(campaign: Campaign) -> list[Entry]:
+    """The entries of both registers, that of the campaign and that of its contact points.
+
+    Raises
+    ------
+    TableError
+        The register of its contact points cannot be used.
+    """
+    return [*campaign.entries, *registered_points(campaign.folder)]
+
+
+def entered_since(before: Iterable[Entry], campaign: Campaign) -> Finding | None:
+    """What was entered of how the robot hit with recordings that were registered `before`; None if nothing was."""
+    after = {entry.name: entry.conditions for entry in registered_recordings(with_register(campaign))}
+    changed = (entry for entry in before if after.get(entry.name, entry.conditions) != entry.conditions)
+    return stated_since(changed, campaign.conditions, entered=True)
+
+
 def collect_campaign(
-    folder: str | Path, *, progress: Progress | None = None, workers: int = 1
+    folder: str | Path, *, progress: Progress | None = None, workers: int = 1, enter: bool = False
 ) -> tuple[Campaign, ImpactDataset]:
     """Read a campaign's folder and build its dataset; try again if another process collected it meanwhile.
 
     Parameters
     ----------
     folder : str or Path
-    progress, workers : optional
+    progress, workers, enter : optional
         As in `build_dataset`.
 
     Returns
@@ -127,7 +153,7 @@ def collect_campaign(
     while True:
         try:
             campaign = read_campaign(folder)
-            dataset = build_dataset(campaign, progress=progress, workers=workers)
+            dataset = build_dataset(campaign, progress=progress, workers=workers, enter=enter)
             return with_register(campaign), dataset
         except ChangedMeanwhile:
             tries -= 1
@@ -136,7 +162,7 @@ def collect_campaign(
 
 
 def collected(
-    campaign: Campaign, *, progress: Progress | None = None, reader: Reader | None = None
+    campaign: Campaign, *, progress: Progress | None = None, reader: Reader | None = None, enter: bool = False
 ) -> tuple[list[Entry], list[Row]]:
     """The entries of the register and the rows of the impacts table for the recordings as they are.
 
@@ -160,7 +186,7 @@ def collected(
         if recording.missing_extra:  # what is not installed here must not take its row out of the table
             raise MissingExtra(recording.unreadable, file=str(campaign.recordings / recording.entry.file))
         _require_unchanged(campaign, recording)
-        judged.append(registered(campaign, recording, used, films))
+        judged.append(registered(campaign, recording, used, films, enter=enter))
     require_known(films, (entry for entry, _ in judged))
     require_different([*_films_of(films, judged), *films_at_points(campaign.folder)], campaign.conditions.film)
     return [entry for entry, _ in judged], [row for _, row in judged if row]

@@ -227,7 +227,7 @@ class ImpactDataset:
             tolerance=tolerance,
             source=source,
             sha256=sha256,
-            phase_two=PhaseTwo.of(scenarios, checked["phase2_force"], force, texts["flags"]),
+            phase_two=PhaseTwo.of(scenarios, checked["phase2_force"], force, texts["flags"], names),
             device_range=_usable_range(conditions.device.range, force, is_censored),
         )
         _require_one_unit(dataset, where)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.campaigns.binding import impact_sha256
+from forcemap.campaigns.binding import as_known, impact_sha256
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
@@ -69,7 +69,7 @@ class UsedRecordings:
 
 
 def registered(
-    campaign: Campaign, recording: CampaignRecording, used: UsedRecordings, films: Films
+    campaign: Campaign, recording: CampaignRecording, used: UsedRecordings, films: Films, *, enter: bool = False
 ) -> tuple[Entry, Row | None]:
     """The sealed entry of a recording whose file exists, and its row if it is used.
 
@@ -82,11 +82,14 @@ def registered(
         Those used so far; this recording is added if it is used.
     films : Films
         Of the campaign.
+    enter : bool
+        Whether to enter with it what is stated since of how the robot hit.
     """
     entry = _fresh(recording)
     if entry.use is Use.USED:
         entry = _assigned(campaign, recording, entry, used)
-    now = campaign.conditions.measured_under(entry.state_id, entry.name)
+    stated = campaign.conditions.measured_under(entry.state_id, entry.name)
+    now = as_known(entry.conditions, stated, entered=enter)
     if not entry.conditions and campaign.conditions.date:
         now[MEASURED_ON] = campaign.conditions.date
     if entry.use is not Use.USED:

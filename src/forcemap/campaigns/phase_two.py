@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -45,6 +46,8 @@ class PhaseTwo:
         Largest Phase II force [N] of recordings that are not in the table, if one of them exceeds its peak; else NaN.
     sinking : float
         Share of the impacts of a table whose force returned to zero slowly (flag `slow_return`).
+    sinking_at : tuple of str
+        States of which two and more impacts, and more than half, did so, or contact points with one that did.
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
@@ -54,10 +57,16 @@ class PhaseTwo:
     excluded: int = 0
     unused_force: float = math.nan
     sinking: float = 0.0
+    sinking_at: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray, flags: Texts) -> PhaseTwo:
-        """Count contact scenarios (None is not recorded), forces [N] (NaN is not recorded) and flags, shape (n,)."""
+    def of(
+        cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray, flags: Texts, state: Texts
+    ) -> PhaseTwo:
+        """Count contact scenarios (None is not recorded), forces [N] (NaN is not recorded) and flags of states, shape
+        (n,)."""
+        sinks = np.array([Quality.SLOW_RETURN in text for text in flags.tolist()], dtype=bool)
+        sunk, every = Counter(state[sinks].tolist()), Counter(state.tolist())
         recorded = [kind for kind in scenario if kind is not None]
         forces = phase2_force[~np.isnan(phase2_force)]
         return cls(
@@ -65,7 +74,8 @@ class PhaseTwo:
             unrecorded=sum(kind is None for kind in scenario[np.isnan(phase2_force)]),
             largest_force=float(forces.max()) if forces.size else math.nan,
             above_peak=int(np.sum(phase2_force > peak_force)),
-            sinking=float(np.mean([Quality.SLOW_RETURN in text for text in flags.tolist()] or [False])),
+            sinking=float(sinks.mean()) if sinks.size else 0.0,
+            sinking_at=tuple(name for name, impacts in sunk.items() if impacts > max(1, every[name] / 2)),
         )
 
     def and_(self, other: PhaseTwo) -> PhaseTwo:
@@ -79,6 +89,7 @@ class PhaseTwo:
             self.excluded + other.excluded,
             float(np.fmax(self.unused_force, other.unused_force)),
             max(self.sinking, other.sinking),
+            tuple(dict.fromkeys((*self.sinking_at, *other.sinking_at))),
         )
 
     @property
@@ -89,7 +100,9 @@ class PhaseTwo:
     @property
     def doubt(self) -> Finding | None:
         """That forces returned to zero slowly, of more than a stray impact; None otherwise."""
-        return Finding.of(FindingKind.FORCE_SINKS, share=self.sinking) if self.sinking > MOST_SINKING else None
+        if self.sinking <= MOST_SINKING and not self.sinking_at:
+            return None
+        return Finding.of(FindingKind.FORCE_SINKS, share=self.sinking, names=self.sinking_at)
 
     @property
     def complete(self) -> bool:
@@ -192,4 +205,5 @@ def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], 
         excluded=phase_two.excluded + int(figures[_EXCLUDED]),
         unused_force=figures[_FORCE] if figures[_ABOVE] else math.nan,
         sinking=phase_two.sinking,
+        sinking_at=phase_two.sinking_at,
     )

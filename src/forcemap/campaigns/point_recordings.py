@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path, PurePosixPath
 
-from forcemap.campaigns.binding import changed_conditions
+from forcemap.campaigns.binding import as_known, changed_conditions
 from forcemap.campaigns.campaign import files_below
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
@@ -123,10 +123,23 @@ def point_files(folder: Path) -> dict[str, Path]:
     return {name: folder / name for name in sorted(names)}
 
 
-def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | None) -> None:
+def registered_points(folder: Path) -> Sequence[Entry]:
+    """The register of the files in points/; empty without one.
+
+    Raises
+    ------
+    TableError
+        The register cannot be used.
+    """
+    register = folder / POINT_REGISTER
+    return read_register(register) if register.exists() else ()
+
+
+def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | None, *, enter: bool = False) -> None:
     """Register the files in points/ that are new, and seal what a person excluded; nothing if there are none.
 
-    A registered file that gave no impact may be replaced.
+    A registered file that gave no impact may be replaced. With `enter`, what is stated since of how the robot hit is
+    entered with those that are there.
 
     Raises
     ------
@@ -136,7 +149,7 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
         A film that belongs to none of them, or to several, is a copy, or cannot be used.
     """
     register, files = folder / POINT_REGISTER, point_files(folder)
-    known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
+    known = {entry.file: entry for entry in registered_points(folder)}
     films = films_in(folder / POINT_FILMS)
     _require_known_films(films, [*files, *known])
     if not files and not known:
@@ -149,7 +162,8 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
             if then.row_sha256 != row_sha256(then):  # a person's reason stands; figures are those of the file
                 read = _registered(films, name, path, digest, conditions, columns)
                 then = replace(read, exclude=then.exclude, conditions=then.conditions)
-            now = conditions.measured_under(name) | _film(films, name, conditions)  # a film may be added later
+            now = as_known(then.conditions, conditions.measured_under(name), entered=enter)
+            now |= _film(films, name, conditions)  # a film may be added later
             known[name] = replace(then, conditions=now | dict(then.conditions))
     require_different(_films_of(films, known.values()), conditions.film)
     text = register_text(known.values())
@@ -211,9 +225,8 @@ def _film(films: Films, name: str, conditions: Conditions) -> dict[str, str]:
 
 def films_at_points(folder: Path) -> Iterator[tuple[Path, str]]:
     """The films of the registered files in points/ that are there, and the pressure that each gave."""
-    register, films = folder / POINT_REGISTER, films_in(folder / POINT_FILMS)
-    if films and register.exists():
-        yield from _films_of(films, read_register(register))
+    if films := films_in(folder / POINT_FILMS):
+        yield from _films_of(films, registered_points(folder))
 
 
 def _films_of(films: Films, entries: Iterable[Entry]) -> Iterator[tuple[Path, str]]:
@@ -240,8 +253,8 @@ def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Itera
     CampaignFileError
         campaign.toml cannot be used.
     """
-    register, files, stated = folder / POINT_REGISTER, point_files(folder), folder / CAMPAIGN_FILE
-    known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
+    files, stated = point_files(folder), folder / CAMPAIGN_FILE
+    known = {entry.file: entry for entry in registered_points(folder)}
     conditions, columns = read_campaign_file(stated) if stated.exists() else (Conditions(), None)
     films = films_in(folder / POINT_FILMS)
     for name in sorted({*files, *known}):
@@ -264,15 +277,13 @@ def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Itera
 
 def point_names(folder: Path) -> list[str]:
     """Names of the files in points/ and of those that were registered, sorted; errors as `point_recordings`."""
-    register = folder / POINT_REGISTER
-    known = [entry.file for entry in read_register(register)] if register.exists() else []
+    known = [entry.file for entry in registered_points(folder)]
     return sorted({*point_files(folder), *known})
 
 
 def unregistered(folder: Path) -> list[str]:
     """Names of the files in points/ that `collect` has not registered yet; errors as `read_register`."""
-    register = folder / POINT_REGISTER
-    known = {entry.file for entry in read_register(register)} if register.exists() else set()
+    known = {entry.file for entry in registered_points(folder)}
     return [name for name in point_files(folder) if name not in known]
 
 

@@ -12,6 +12,7 @@ from typer import Argument, Option, confirm
 
 from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
+from forcemap.campaigns.build import entered_since, registered_recordings
 from forcemap.campaigns.dataset import DISAGREEMENT
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
@@ -21,6 +22,7 @@ from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, counted, emit, emit_error, listing, table, verdict_first
 from forcemap.errors import one_line
 from forcemap.planning.confirm import ConfirmationPlan
+from forcemap.words import sentence
 
 _STEADY = 1.5
 """How long files must stay as they are to count as complete [s]; a choice: a device writes without a longer pause."""
@@ -59,8 +61,13 @@ def collect(
         return
     if assign is not None and not _assigned(folder, assign, last, yes=yes, as_json=as_json):
         return
-    before = read_campaign(folder).entries
-    campaign, dataset = _collect(folder)
+    before = registered_recordings(read_campaign(folder))
+    try:
+        campaign, dataset = _collect(folder, enter=True)
+    except ForcemapError:
+        if entered := entered_since(before, read_campaign(folder)):  # that of contact points, which come first
+            print(sentence(entered), file=sys.stderr)
+        raise
     confirming = campaign.plan.state_id[ConfirmationPlan.among(campaign.plan)]
     after = (
         f"Next: forcemap fit {folder} tells how good its map is, next what to measure; then confirm, report and export"
@@ -69,7 +76,7 @@ def collect(
         after = f"Next: forcemap confirm {folder}, with the same area and contact as when it was planned"
     if 2 * sum(entry.use is not Use.USED for entry in campaign.entries) > len(campaign.entries):
         after = "Next: mend what keeps most recordings from being used (above), and collect again"
-    answer = CollectAnswer.of_campaign(campaign, dataset, before)
+    answer = CollectAnswer.of_campaign(campaign, dataset, entered_since(before, campaign))
     emit(answer, _lines(answer, folder, after), as_json=as_json)
 
 
@@ -111,9 +118,9 @@ def _proposal_lines(answer: AssignAnswer) -> list[str]:
     ]
 
 
-def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
+def _collect(folder: str, *, enter: bool = False) -> tuple[Campaign, ImpactDataset]:
     with Progress("recordings read", 0) as progress:
-        return collect_campaign(folder, progress=progress.show, workers=processors())
+        return collect_campaign(folder, progress=progress.show, workers=processors(), enter=enter)
 
 
 class _Snapshot(NamedTuple):

@@ -224,9 +224,11 @@ def _with_phase_two(found: MapCheck, force_map: ForceMap, dataset: ImpactDataset
         outcome, next_step = MapOutcome.DOES_NOT_HOLD, Finding.of(FindingKind.MEASURE_NEW_MAP)
         reason = found.reason.and_(clamps) if found.outcome is outcome else clamps
         found = replace(found, outcome=outcome, reason=reason, next_step=next_step)
-    elif found.outcome is MapOutcome.HOLDS and dataset.phase_two.doubt and not force_map.phase_two.doubt:
-        mend = Finding.of(FindingKind.MEND_AND_CHECK)
-        found = replace(found, outcome=MapOutcome.CANNOT_TELL, reason=dataset.phase_two.doubt, next_step=mend)
+    elif doubt := dataset.phase_two.doubt:  # of a map whose forces sank, too, agreement says little
+        if found.outcome is MapOutcome.HOLDS and not force_map.phase_two.doubt:
+            mend = Finding.of(FindingKind.MEND_AND_CHECK)
+            return replace(found, outcome=MapOutcome.CANNOT_TELL, reason=doubt, next_step=mend)
+        found = replace(found, reason=found.reason.and_(doubt))
     return found
 
 
@@ -276,8 +278,10 @@ def _check_quantity(force_map: ForceMap, dataset: ImpactDataset, error_probabili
     outcome, reason, next_step = _outcome(tests, of_whole, len(left_out), error_probability, narrow)
     if outcome is MapOutcome.HOLDS and (against := _not_comparable(force_map, dataset)):
         outcome, reason, next_step = MapOutcome.CANNOT_TELL, against, Finding.of(FindingKind.MEND_AND_CHECK)
-    if outcome is MapOutcome.HOLDS and (above := slower_above(force_map, ToleranceBound(), dataset.states)):
-        outcome, reason, next_step = MapOutcome.CANNOT_TELL, above, Finding.of(FindingKind.MEASURE_STATES_AGAIN)
+    if above := slower_above(force_map, ToleranceBound(), dataset.states):
+        reason = above if outcome is MapOutcome.HOLDS else reason.and_(above)
+        if outcome is not MapOutcome.DOES_NOT_HOLD:
+            outcome, next_step = MapOutcome.CANNOT_TELL, Finding.of(FindingKind.MEASURE_STATES_AGAIN)
     low, high = interval(tests.mean, tests.mean_sd, freedom, MEAN_SHARE * error_probability)
     spread = np.sqrt(np.diag(covariance))
     expected = interval(predicted, spread, freedom, STATES_SHARE * error_probability / max(len(states), 1))

@@ -60,6 +60,7 @@ _RANGES = {  # of a number in the file, or of every number in a list
     **dict.fromkeys(("impacts", "censored", "unrecorded", "above_peak", "excluded"), (0, _LARGEST)),
     **dict.fromkeys(("largest_force_N", "unused_force_N"), (0, _LARGEST)),
     **{scenario.value: (0, _LARGEST) for scenario in ContactScenario},
+    "sinking": (0.0, 1.0),
     **dict.fromkeys(("state_weights", "repeat_variance_ln", "state_sd_ln", "degrees_of_freedom"), (0.0, _LARGEST)),
     "device_range_N": (_LEAST, _LARGEST),
 }
@@ -80,7 +81,7 @@ _SHARED = {"schema", "source", "simulated", "software", "phase_two", "binding", 
 _ROUNDING = 1e-9  # share by which means and logarithms in the file may contradict each other
 
 _TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
-_TEXTS |= {"disagreeing_repeats", "impacts_table", "impacts_table_sha256", "map_sha256"}
+_TEXTS |= {"disagreeing_repeats", "sinking_at", "impacts_table", "impacts_table_sha256", "map_sha256"}
 
 _TABLES = {
     "phase_two",
@@ -92,7 +93,7 @@ _TABLES = {
     "impacts_at_points",
     "fit",
 }
-_LISTS = {"terms", "disagreeing_repeats", "coefficients", "standard_errors", "state_weights"}
+_LISTS = {"terms", "disagreeing_repeats", "sinking_at", "coefficients", "standard_errors", "state_weights"}
 
 # column of the file -> field of States
 _STATE_COLUMNS = {
@@ -199,8 +200,9 @@ def _renamed(content: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
 
 
 def _phase_two_to_content(phase_two: PhaseTwo) -> dict[str, Any]:
-    unused = {} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}
-    unused |= {"sinking": phase_two.sinking} if phase_two.sinking else {}
+    unused: dict[str, Any] = {}
+    unused |= {} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}
+    unused |= {"sinking": phase_two.sinking, "sinking_at": list(phase_two.sinking_at)} if phase_two.sinking else {}
     return {
         "scenarios": {scenario.value: n for scenario, n in phase_two.scenarios.items()},
         "unrecorded": phase_two.unrecorded,
@@ -366,6 +368,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             int(phase_two.get("excluded", 0)),
             _nan(phase_two.get("unused_force_N")),
             float(phase_two.get("sinking", 0.0)),
+            tuple(phase_two.get("sinking_at", ())),
         ),
         conditions=conditions,
         device_range=_nan(content["device_range_N"]),

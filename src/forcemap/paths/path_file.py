@@ -17,7 +17,8 @@ from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError, one_line
 from forcemap.files import read_bytes
 from forcemap.findings import Finding, FindingKind
-from forcemap.paths.pose_log import read_pose_log, slowed_down, tells_of_speed
+from forcemap.paths.full_speed import STANDS, doubts_of_full_speed, tells_of_speed
+from forcemap.paths.pose_log import read_pose_log
 from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ONE_SEGMENT, ToolPath
 from forcemap.recordings.column_map import listed
 
@@ -126,7 +127,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         if joints:
             bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_one)
             bent = replace(bent, of_flange=robot is not None and not np.any(robot.contact_offset))
-            return replace(bent, end_name=end_name, speeds_of=motion, doubts=_doubts(table, bent.points))
+            doubts = _doubts(table, bent.points, values, np.degrees(STANDS) if joints[0].endswith("deg") else STANDS)
+            return replace(bent, end_name=end_name, speeds_of=motion, doubts=doubts)
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -135,14 +137,14 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
     straight = _path_through(points, (*names, ""), time, str(path), speeds)
-    doubts = _doubts(table, straight.points)
+    doubts = _doubts(table, straight.points, points, STANDS)
     return replace(straight, by_one=by_one, end_name=end_name, speeds_of=motion, doubts=doubts)
 
 
-def _doubts(table: Table, points: FloatArray) -> tuple[Finding, ...]:
-    """What has to be known of the speeds of a path, by how it states them."""
+def _doubts(table: Table, points: FloatArray, rows: FloatArray, stands: float) -> tuple[Finding, ...]:
+    """What has to be known of the speeds of a path through points, by how the rows of its file state them."""
     told = [(name, cells) for name, cells in table.columns.items() if tells_of_speed(name)]
-    slowed = slowed_down(told, decimal=",", log=False) if _TIME in table.columns else ()
+    slowed = doubts_of_full_speed(told, rows, log=False, stands=stands) if _TIME in table.columns else ()
     return (*_way_back(table, points), *slowed)
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError, RecordingError, TableError, nearest_names
-from forcemap.findings import Finding, FindingKind
+from forcemap.findings import Finding
+from forcemap.paths.full_speed import doubts_of_full_speed, tells_of_speed
 from forcemap.recordings.cells import cells_of, is_number
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.layout import Layout, find_layout
@@ -36,23 +37,6 @@ _SPEEDS = (
 )  # what a waypoint list has, and a log has not
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
-_OVERRIDE = re.compile(
-    r"override|ov_pro|(?<![a-z])ov(rd?)?(?![a-z])|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
-    r"(speed|vel(ocity)?|geschw(indigkeit)?|tempo|vitesse|ovrd?|(?<![a-z])v)[\s_.(\[-]*"
-    r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
-    re.IGNORECASE,
-)
-_NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, what it may be
-_NOT_OF_SPEED = re.compile(
-    r"acc|force|torque|jog|max|min|limit|enable|status|active|mode|conv|belt|achse|axis|joint|request|"
-    r"(?<![a-z])id(?![a-z])|(?<!ti)on$",
-    re.IGNORECASE,
-)
-_MODE = re.compile(r"mode|betriebsart", re.IGNORECASE)
-_NOT_AUTOMATIC = re.compile(r"\b(t1|t2|krf|man|manr|hand|test|teach)\b|manu|reduc|reduz", re.IGNORECASE)
-_PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
-_MOST_SHARE = 1.1  # greater numbers are percent
-_FULL = 0.99  # share of full speed from which a run counts as not slowed down
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
 _AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
 
@@ -90,49 +74,21 @@ def read_pose_log(
             _refuse_slow(time, "sampling_rate_Hz", "sampling_rate_Hz")
     except RecordingError as error:
         raise TableError(error.message, file=file, row=error.row, column=error.column) from None
-    told = [i for i, name in enumerate(layout.names) if tells_of_speed(name)] if time is not None else []
-    cells = [cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines() if told]
-    shares = [(layout.names[i], [row[i] for row in cells if i < len(row)]) for i in told]
-    doubts = tuple(slowed_down(shares, decimal=layout.decimal, log=True)) if time is not None else ()
-    return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None, doubts
+    points = block.values[:, -3:] * known.newtons_per_count
+    doubts = () if time is None else tuple(doubts_of_full_speed(_beside(lines, layout), points, log=True))
+    return points, time, block.labels or None, doubts
 
 
-def tells_of_speed(name: str) -> bool:
-    """Whether a column has the share of full speed that a robot ran at, or its mode of operation."""
-    return bool(_MODE.search(name) or (_OVERRIDE.search(name) and not _NO_SHARE.search(name)))
-
-
-def slowed_down(columns: Sequence[tuple[str, Sequence[str]]], *, decimal: str, log: bool) -> Iterator[Finding]:
-    """That columns beside the times of a motion say that it was slowed down, in shares or in percent, or that none says
-    that it was not.
-
-    Parameters
-    ----------
-    columns : sequence of (str, sequence of str)
-        Name and cells of each column that `tells_of_speed`.
-    decimal : str
-        The decimal sign of their numbers.
-    log : bool
-        True of a log as a controller writes it, False of a path file with times.
-    """
-    whole, lowest = False, {}
-    for name, cells in columns:
-        if not _OVERRIDE.search(name) or _NO_SHARE.search(name):
-            continue
-        numbers = [cell for each in cells if is_number(cell := each.replace("%", "").strip())]
-        moving = [share for cell in numbers if (share := float(cell.replace(decimal, "."))) > 0]
-        percent = _PERCENT.search(name + "".join(cells[:1])) or max(moving, default=0.0) > _MOST_SHARE
-        full = 100.0 if percent else 1.0
-        told = len(numbers) == len(cells)  # a cell that is empty or no number may be of a slower stretch
-        all_full = told and bool(moving) and _FULL * full <= min(moving) and max(moving) <= _MOST_SHARE * full
-        whole |= all_full and not _NOT_OF_SPEED.search(name)
-        if moving and min(moving) < _FULL * full:
-            lowest[name] = min(moving) / full
-    modes = {cell.replace("_", " ") for name, cells in columns if _MODE.search(name) for cell in cells}
-    if any(map(_NOT_AUTOMATIC.search, modes)) or not (whole or lowest):
-        yield Finding.of(FindingKind.LOG_FULL_SPEED_UNTOLD, log=log or None)
-    if lowest:
-        yield Finding.of(FindingKind.LOG_SLOWED, columns=tuple(lowest), lowest=min(lowest.values()))
+def _beside(lines: bytes, layout: Layout) -> list[tuple[str, list[str]]]:
+    """Name and cells of the columns beside those that are read which may tell how fast the robot ran."""
+    rows = [cells_of(text_of(line), layout.delimiter) for line in lines[layout.start :].splitlines() if line.strip()]
+    first = rows[0]
+    told = [
+        i
+        for i, name in enumerate(layout.names[: len(first)])
+        if tells_of_speed(name) or not (i == layout.selection.curve or is_number(first[i].strip()))
+    ]
+    return [(layout.names[i], [row[i] if i < len(row) else "" for row in rows]) for i in told]
 
 
 def _column_map(columns: Mapping[str, Any]) -> ColumnMap:

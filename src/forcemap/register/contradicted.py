@@ -8,7 +8,7 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, case, or_, select
+from sqlalchemy import ColumnElement, Connection, case, func, or_, select, true
 
 from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.state import PLACE_SIZE
@@ -71,9 +71,11 @@ def contradicts(connection: Connection, values: Mapping[str, Any]) -> Finding | 
 
 
 def entered_after(connection: Connection, campaign: int) -> Finding | None:
-    """That other campaigns of its cell were entered after one, or measured on a later day; None if none was."""
+    """That other campaigns of its cell were entered after one, or not measured before its first day as far as is known;
+    None if none was."""
     own, other = CAMPAIGNS, CAMPAIGNS.alias()
-    newer = (other.c.entry > own.c.entry) | (other.c.measured_on > own.c.measured_on)
+    first = func.coalesce(own.c.measured_from, own.c.measured_on)
+    newer = (other.c.entry > own.c.entry) | func.coalesce(other.c.measured_on >= first, true())
     later = (other.c.cell_id == own.c.cell_id) & newer & ~same_campaign(other)
     query = select(other.c.name).join_from(own, other, later).where(own.c.id == campaign).order_by(other.c.id)
     names = tuple(dict.fromkeys(connection.execute(query).scalars()))

@@ -10,13 +10,14 @@ from typing import Any
 import forcemap as fm
 from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_contact_points
 from forcemap.assessment.folder import campaign_inputs, campaign_limit_table, inputs_sha256
+from forcemap.campaigns.build import registered_recordings
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE
-from forcemap.campaigns.point_list import POINT_REGISTER, names_file
-from forcemap.campaigns.point_recordings import point_files, point_recordings
+from forcemap.campaigns.point_list import names_file
+from forcemap.campaigns.point_recordings import point_files, point_recordings, registered_points
 from forcemap.campaigns.protocol import Protocol, read_protocol
-from forcemap.campaigns.recordings_table import MEASURED_ON, Entry, Use, read_register
+from forcemap.campaigns.recordings_table import MEASURED_ON, Entry, Use
 from forcemap.errors import CampaignFileError, one_line
 from forcemap.words import sentence
 
@@ -105,9 +106,7 @@ class CampaignContent:
         The last is None if none is stated; so is the first if a recording was registered before one was stated: such a
         day holds for recordings registered from then on (docs/campaign_file.md).
         """
-        points = self.folder / POINT_REGISTER
-        of_points = read_register(points) if points.exists() else []
-        used = [entry for entry in (*self.campaign.entries, *of_points) if entry.use is Use.USED]
+        used = [entry for entry in registered_recordings(self.campaign) if entry.use is Use.USED]
         days = {entry.conditions.get(MEASURED_ON, "") for entry in used}
         first = None if "" in days else min(days, default=None)
         return first, max((days | {self.campaign.conditions.date}) - {""}, default=None)
@@ -197,9 +196,9 @@ def read_content(folder: str | Path) -> CampaignContent:
 
 def _require_collected(campaign: Campaign, there: dict[str, str]) -> None:
     """Refuse a folder whose recordings, or files in points/, are not those that were registered."""
-    below, points = f"{RECORDINGS_FOLDER}/", campaign.folder / POINT_REGISTER
+    below = f"{RECORDINGS_FOLDER}/"
     stated = {below + entry.file: entry.sha256 for entry in campaign.entries}
-    of_points = {entry.file: entry.sha256 for entry in read_register(points)} if points.exists() else {}
+    of_points = {entry.file: entry.sha256 for entry in registered_points(campaign.folder)}
     differing = [name for name, digest in (stated | of_points).items() if there.get(name) != digest or not digest]
     differing += [name for name in there if name.startswith(below) and name not in stated]
     differing += [name for name in point_files(campaign.folder) if name not in of_points]

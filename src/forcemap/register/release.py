@@ -309,8 +309,12 @@ def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Spee
 
 
 def _measured_for(found: _Speeds, content: CampaignContent) -> _Speeds:
-    """The same speeds, which say what was measured."""
-    of = sentences(each for each in content.campaign.conditions.findings if each.kind in _MADE_FOR)
+    """The same speeds, which say what was measured: at a contact point its own site and direction."""
+    conditions = content.campaign.conditions
+    for point in content.points:
+        if found.subject == f"{POINT}{point.name}":
+            conditions = replace(conditions, contact_site=point.contact_site, direction=point.direction)
+    of = sentences(each for each in conditions.findings if each.kind in _MADE_FOR)
     return replace(found, speeds=found.speeds | {"measured_for": "; ".join(of)})
 
 

@@ -20,6 +20,7 @@ from starlette.requests import ClientDisconnect
 from forcemap import Campaign, ForcemapError, InputError, collect_campaign, read_campaign
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
+from forcemap.campaigns.build import entered_since, registered_recordings
 from forcemap.files import file_sha256, flush_to_disk, hidden_file, sweep
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.web.campaign_answers import problem_words
@@ -31,6 +32,7 @@ from forcemap.web.judgements import MeasuredAnswer, TableAnswer, file_answer, is
 from forcemap.web.limits import given_table, limits_of
 from forcemap.web.question import Area
 from forcemap.web.request_error import RequestError
+from forcemap.words import sentence
 
 LARGEST_UPLOAD = 20_000_000
 """The largest file that is taken [bytes]: several times the longest recording of a device (docs/decisions.md)."""
@@ -122,6 +124,7 @@ class _CampaignIntake:
     collecting: asyncio.Lock = field(default_factory=asyncio.Lock)
     requested: int = 0
     served: int = 0
+    enter: bool = False
     problem: ForcemapError | None = None
 
 
@@ -180,11 +183,14 @@ class Intake:
     async def collect(self, name: str) -> CollectAnswer:
         """Read and judge all recordings of a campaign and write its impacts table, as forcemap collect does."""
         path = self._folder.campaign(name)
-        before = read_campaign(path).entries
+        before = registered_recordings(read_campaign(path))
+        self._intakes.setdefault(path, _CampaignIntake()).enter = True
         problem = await self._collected(path)
+        entered = entered_since(before, campaign := read_campaign(path))
         if problem is not None:
+            problem.message += f" {sentence(entered)}" * bool(entered)
             raise problem
-        return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path), before))
+        return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(campaign, impacts_of(path), entered))
 
     def _judged(self, campaign: Path, staged: Path, upload: Judged, drawn: bool) -> Judgement:
         columns, limits = upload.tried, limits_of(campaign, given_table(self._limit_table))
@@ -217,8 +223,8 @@ class Intake:
         request_number = intake.requested
         async with intake.collecting:
             if intake.served < request_number:
-                requests = intake.requested
-                intake.problem = await asyncio.to_thread(_collect, campaign)
+                requests, enter, intake.enter = intake.requested, intake.enter, False
+                intake.problem = await asyncio.to_thread(_collect, campaign, enter)
                 intake.served = requests
             return intake.problem
 
@@ -327,10 +333,10 @@ def _store(staged: Path, target: Path) -> None:
         raise InputError(f"cannot be written ({error.strerror})", file=target.name) from error
 
 
-def _collect(path: Path) -> ForcemapError | None:
+def _collect(path: Path, enter: bool) -> ForcemapError | None:
     """Collect a campaign; the error, None if there is none."""
     try:
-        collect_campaign(path)
+        collect_campaign(path, enter=enter)
     except ForcemapError as error:
         return error
     return None
