@@ -90,4 +90,7 @@ def test_functions_fit_on_a_screen():
     assert not long, "\n".join(long)
     text = (PROJECT / "CONTRIBUTING.md").read_text().split("## How long a function may be")[1].split("\n## ")[0]
     named = set(re.findall(r"`([\w/]+\.py:\w+)`", text))
-    assert named == {f"{path.relative_to(ROOT)}:{name}" for path in SOURCES for name, n, _ in lengths(path) if n > 60}
+    longer = {f"{path.relative_to(ROOT)}:{name}" for path in SOURCES for name, n, _ in lengths(path) if n > 60}
+    assert named == longer, (
+        'split what is longer than 60 lines, or name it in CONTRIBUTING, "How long a function may be"'
+    )
