@@ -738,8 +738,12 @@ def test_a_descent_named_after_the_carry_before_it_is_told_though_another_follow
     used = {name: hand if name == "approach" else "contact_possible" for name in names.split()[:-1]}
     segments = [f'[[segments]]\nname = "{name}"\n{of} = false\nspeed_mps = 0.2\n' for name, of in used.items()]
     Path("task.toml").write_text('schema = "forcemap-task/1"\n' + "".join(segments))
-    said = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml")["warnings"]
-    assert any(line.startswith("SEGMENT NAMES MAY STAND A ROW TOO LATE") for line in said) == told
+    found = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml")
+    assert any(line.startswith("SEGMENT NAMES MAY STAND A ROW TOO LATE") for line in found["warnings"]) == told
+    (excluded,) = [line for line in found["assumptions"] if line.startswith("contact excluded by other measures")]
+    along = sum(name == "carry" for name in names.split()) > 1
+    assert (f"on carry ({1000 * down_m:.3g} mm)" in excluded) == along
+    assert ("is a row at a corner that has the name of the motion before" in excluded) == (along and not told)
 
 
 def test_waits_beside_a_refused_piece_are_in_every_row_of_the_permitted_part(capsys):

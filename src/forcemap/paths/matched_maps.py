@@ -14,9 +14,11 @@ from forcemap.paths.atlas import Atlas, Loaded
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 
+CORNER = 1e-4
+"""Within which a log has a row at a corner [m]; a choice."""
+
 _ROUNDING = 1e-9  # [deg]
 _ABOUT = 30.0  # [deg] within which an excluded motion goes about as a map does; a choice
-_CORNER = 1e-4  # [m] within which a log has a row at a corner, as docs/robot_program.md asks; a choice
 _ACROSS = 0.5  # cosine of the angle between two motions, from which on they point the same way; a choice
 
 
@@ -84,9 +86,11 @@ class MatchedMaps:
         sites = [need.contact_site for need, offset in self.offsets.items() if offset.any()]
         return (Finding.of(FindingKind.SITES_BESIDE, sites=", ".join(dict.fromkeys(sites))),) if sites else ()
 
-    def segments_excluded_along(self, path: ToolPath) -> tuple[str, ...]:
-        """The segments on which contact is excluded, though the path moves about in the direction of a map there."""
-        return tuple(dict.fromkeys(np.array(path.names)[self.excluded_along].tolist()))
+    def lengths_excluded_along(self, path: ToolPath) -> dict[str, float]:
+        """The segments on which contact is excluded, though the path moves about in the direction of a map there, and
+        how far it does [m]."""
+        names, lengths = np.array(path.names)[self.excluded_along], path.lengths[self.excluded_along]
+        return {name: float(lengths[names == name].sum()) for name in dict.fromkeys(names.tolist())}
 
     def named_late(self, path: ToolPath) -> tuple[Finding, ...]:
         """That the segments of a path may be named a row too late; empty if nothing tells it.
@@ -102,10 +106,10 @@ class MatchedMaps:
         along, reached = self.excluded_along, path.lengths.cumsum()
         from_where = np.maximum.accumulate(np.where(along, 0.0, reached))  # the end of the last piece not along a map
         from_where = np.maximum(from_where[before], np.append(0.0, reached)[starts])
-        long = reached[before] - from_where > _CORNER
+        long = reached[before] - from_where > CORNER
         late = names[before][along[before] & long & possible[ends] & np.any(across, axis=0)]
         only = not (possible & ~self.missing).any()
-        segments = self.segments_excluded_along(path) if only else tuple(dict.fromkeys(late.tolist()))
+        segments = tuple(self.lengths_excluded_along(path)) if only else tuple(dict.fromkeys(late.tolist()))
         if not segments:
             return ()
         figures = {

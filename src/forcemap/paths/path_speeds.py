@@ -20,7 +20,7 @@ from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.atlas import Atlas, told_apart
-from forcemap.paths.matched_maps import MatchedMaps, matched_maps
+from forcemap.paths.matched_maps import CORNER, MatchedMaps, matched_maps
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import CORNER_ANGLE, ToolPath
@@ -34,6 +34,7 @@ LONGEST_PIECE = 0.02
 "Motion beside the map's direction")."""
 
 _SPEED_ROUNDING = 1e-9  # share by which a programmed speed may exceed the allowed one
+_MORE = 1.01  # times the task's acceleration, from which rows show more than it
 _LAST_DIGIT = 0.01  # share by which a log may exceed the task's speed where contact is excluded (docs/decisions.md)
 
 
@@ -408,7 +409,9 @@ def _notes(
     payloads = dict.fromkeys(threatened or [matched.atlas.conditions.payload])
     masses = [Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=load) for load in payloads]
     directions = ", ".join(dict.fromkeys(entry.conditions.direction for entry in matched.atlas.maps))
-    although = matched.segments_excluded_along(path)
+    along = matched.lengths_excluded_along(path)
+    although = tuple(f"{name} ({1000 * length:.3g} mm)" for name, length in along.items())
+    corners = min(along.values(), default=math.inf) < CORNER
     return (
         *task.findings,
         *matched.atlas.findings,
@@ -427,7 +430,7 @@ def _notes(
         *([] if math.isnan(mass) else masses),
         _programmed(path, programmed, excluded, task.acceleration),
         *([Finding.of(FindingKind.AS_LOGGED)] if path.logged else []),
-        *([Finding.of(FindingKind.EXCLUDED_BY_TASK, segments=although)] if excluded.any() else []),
+        *([Finding.of(FindingKind.EXCLUDED_BY_TASK, segments=although, corners=corners)] if excluded.any() else []),
         Finding.of(FindingKind.ONLY_AS_MEASURED),
     )
 
@@ -558,7 +561,11 @@ def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, accelera
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)
     above_mean = max(0.0, float(np.max(programmed - path.speeds)))
     shown = path.shown_acceleration
-    figures = {"above_mps": above_mean, "acceleration_mps2": max(acceleration, shown), "shown": shown > acceleration}
+    figures = {
+        "above_mps": above_mean,
+        "acceleration_mps2": max(acceleration, shown),
+        "shown": shown > _MORE * acceleration,
+    }
     digit = _LAST_DIGIT if excluded.any() else None
     return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, **figures, last_digit=digit)
 
