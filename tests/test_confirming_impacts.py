@@ -85,6 +85,35 @@ def test_impacts_that_the_device_cannot_tell_from_the_limit_are_made_again_where
     assert found.result.reason.figure("near") is None
 
 
+def test_impacts_whose_force_sinks_unlike_the_maps_confirm_nothing_until_they_were_made_again(force_map):
+    """A channel that lets a held force sink reads peaks too low; a robot that lets go slowly did so before, too."""
+    plan = fm.confirm_plan(force_map, 280.0, **CASE)
+    dataset, within = made(force_map, plan.plan, 0.9)
+    assert plan.judged(dataset, within(280.0)).result.outcome is Confirmed.PASSES
+    sinks = np.array(["slow_return: 0.2 s", *[""] * 5])
+    found = plan.judged(replace(dataset, flags=sinks), within(280.0)).result
+    assert found.outcome is Confirmed.CANNOT_TELL
+    assert [impact.reason.kind for impact in found.impacts].count(fm.FindingKind.SINKS_UNLIKE_MAP) == 1
+    again = {name: np.concatenate([getattr(dataset, name)] * 2) for name in ("distance", "height", "state")}
+    force = np.concatenate([dataset.peak_force] * 2)
+    both = fm.ImpactDataset.from_arrays(
+        **again, speed=np.tile(dataset.stated_speed, 2), peak_force=force, repeat=np.repeat([1, 2], 6),
+        role=np.tile(dataset.role, 2), flags=[*sinks, *[""] * 6],
+        recording=[*dataset.recording, *(f"{name}-again" for name in dataset.recording)],
+    )  # fmt: skip
+    judged = within(280.0) | {f"{name}-again": why for name, why in within(280.0).items()}
+    assert plan.judged(both, judged).result.outcome is Confirmed.PASSES
+    alike = fm.ImpactDataset.from_arrays(
+        distance=[*dataset.distance, *dataset.distance], height=[*dataset.height, *dataset.height],
+        speed=[*dataset.stated_speed, *(0.9 * dataset.stated_speed)], peak_force=force,
+        flags=["slow_return: 0.2 s"] * 12,
+        state=[*dataset.state, *(f"t{i}" for i in range(6))], role=[*dataset.role, *["train"] * 6],
+        recording=[*dataset.recording, *(f"t{i}" for i in range(6))],
+    )  # fmt: skip
+    assert plan.judged(alike, within(280.0)).result.outcome is Confirmed.PASSES
+    assert alike.phase_two.doubt is not None  # and it is said before every speed
+
+
 @pytest.mark.parametrize("faster_by", [0.0, 0.004, 0.009])
 def test_an_impact_above_the_bound_stays_whatever_a_faster_repeat_of_its_state_shows(force_map, faster_by):
     """Nothing that is made again in the place of the repeat takes away what contradicts the map."""

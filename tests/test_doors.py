@@ -566,6 +566,9 @@ def test_forces_that_sink_to_zero_as_through_a_channel_that_does_not_hold_them_a
     assert bool(said) is (passes is not None)
     assert (dataset.phase_two.barred > 0) is (passes is None)  # what clamps reads as if it let go
     assert any(each.startswith(words) for each in ask("speed", cell, *place)[1]["warnings"]) is bool(said)
+    file = sorted((cell / "recordings").iterdir())[0]
+    checked = [each for each in ask("check", file, *OPTIONS)[1]["warnings"] if each.startswith(words)]
+    assert [f"100 % of the impacts (see {file.name})" in each for each in checked] == [True] * bool(said)
     assert forcemap("fit", cell, "-o", tmp_path / "map.json")[0] == 0
     assert fm.read_map(tmp_path / "map.json").phase_two == dataset.phase_two
     assert any(each.startswith(words) for each in ask("speed", tmp_path / "map.json", *place)[1]["warnings"]) is bool(

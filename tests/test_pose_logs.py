@@ -286,6 +286,12 @@ def test_only_what_is_known_to_be_the_robots_override_tells_of_full_speed(name):
     assert kinds(**{name: "100", "speed_scaling": "0.5"}) == SLOWED
 
 
+@pytest.mark.parametrize("name", ["$RED_VEL", "Speed reduction", "Geschwindigkeitsreduktion"])
+def test_a_share_by_which_a_robot_is_slowed_is_said_whatever_the_override(name):
+    assert kinds(**{name: "10", "override": "100"}) == SLOWED
+    assert kinds(**{name: "0", "override": "100"}) == []
+
+
 @pytest.mark.parametrize("name", ["jog_override", "spindle_override", "gripper_speed_percent", "acc_override"])
 def test_an_override_of_another_device_is_no_doubt_beside_the_robots_own(name):
     assert kinds(**{name: "10", "speed_override": "100"}) == []
@@ -300,7 +306,7 @@ def test_an_override_that_is_one_everywhere_may_be_a_flag_or_a_percent():
 @pytest.mark.parametrize(
     ("column", "cell", "automatic"),
     [
-        ("MODE_OP", "#EX", True), ("mode", "AUTO test 3", True), ("safety_mode", "1", True), ("robot_mode", "7", True),
+        ("MODE_OP", "#EX", True), ("mode", "AUTO", True), ("safety_mode", "1", True), ("robot_mode", "7", True),
         ("mode", "Automatik", True), ("joint_mode_0", "253", True), ("gripper_model", "Hand-E", True),
         ("reduced_mode", "0", True), ("is_manual", "False", True), ("program", "pick", True),
         ("Betriebsart", "Handbetrieb", False), ("Betriebsart", "Tippbetrieb", False),
@@ -311,7 +317,12 @@ def test_an_override_that_is_one_everywhere_may_be_a_flag_or_a_percent():
         ("reduced_mode", "1", False), ("reduced_mode", "True", False), ("manual_mode", "True", False),
         ("safety_mode", "2", False), ("safety_mode", "REDUCED", False), ("robot_mode", "5", False),
         ("key_switch", "T1", False), ("opstate", "#T1", False), ("Operation", "MANUAL", False), ("T1", "1", False),
-        ("mode", "MANUAL_REDUCED_SPEED", False),
+        ("mode", "MANUAL_REDUCED_SPEED", False), ("mode", "Test run", False), ("mode", "Dry run", False),
+        ("mode", "Step run", False), ("mode", "Run 30 %", False), ("mode", "Not automatic", False),
+        ("mode", "Auto off", False), ("mode", "Automatic 250 mm/s", False), ("mode", "AUTO 250", False),
+        ("Key switch", "T1 250 mm/s", False), ("Controller state", "Manual reduced speed", False),
+        ("Betrieb", "Einrichtbetrieb mit 250 mm/s", False), ("dry run", "10 percent", False),
+        ("mode", "ROBOT_MODE_RUNNING", True), ("safety_mode", "NORMAL", True), ("operation mode", "#AUT", True),
     ],
 )  # fmt: skip
 def test_only_modes_that_are_known_to_be_automatic_say_nothing_against_full_speed(column, cell, automatic):

@@ -11,6 +11,7 @@ from forcemap.errors import TransferRefused
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
+from forcemap.speeds.basis import doubts_of_fit
 
 
 class EarlierCampaign(Answer):
@@ -83,7 +84,7 @@ class TransferAnswer(Answer):
             accuracy=accuracy,
             map_sha256=map_sha256(force_map),
         )
-        tested = force_map.form_test
-        warnings = [*fit.transfer.warnings, *(tested.unseen if tested else ())]
+        sinks = filter(None, [force_map.phase_two.doubt])
+        warnings = [*fit.transfer.warnings, *sinks, *doubts_of_fit(force_map)]
         figures: dict[str, Any] = {"earlier": earlier, "warnings": warnings, "map": carried}
         return cls.from_result(fit.transfer, outcome="carried_over", reason="", **figures)

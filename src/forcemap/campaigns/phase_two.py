@@ -47,7 +47,7 @@ class PhaseTwo:
     sinking : float
         Share of the impacts of a table whose force returned to zero slowly (flag `slow_return`).
     sinking_at : tuple of str
-        States of which two and more impacts, and more than half, did so, or contact points with one that did.
+        States of whose impacts more than half did so, or contact points with one that did.
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
@@ -75,7 +75,7 @@ class PhaseTwo:
             largest_force=float(forces.max()) if forces.size else math.nan,
             above_peak=int(np.sum(phase2_force > peak_force)),
             sinking=float(sinks.mean()) if sinks.size else 0.0,
-            sinking_at=tuple(name for name, impacts in sunk.items() if impacts > max(1, every[name] / 2)),
+            sinking_at=tuple(name for name, impacts in sunk.items() if impacts > every[name] / 2),
         )
 
     def and_(self, other: PhaseTwo) -> PhaseTwo:

@@ -61,7 +61,7 @@ def transfer_lines(answer: TransferAnswer) -> list[str]:
     d, h, v = zip(carried.lowest_measured, carried.highest_measured, strict=True)
     span = carried.bound_margin_percent
     binding = [carried.binding.reason] if carried.binding.reason else []
-    doubts = [*binding, *answer.warnings]
+    doubts = list(dict.fromkeys([*binding, *answer.warnings]))
     fits = "fits" if answer.misfit_p >= MORE_BELOW else "does not quite fit"
     rows = zip(
         carried.terms,

@@ -26,7 +26,7 @@ _JOINED = {"speedoverride", "speedscaling", "speedratio", "speedfraction", "spee
 _OF_ROBOT = {"rob", "robot", "roboter", "pro", "prog", "program", "actual", "act", "ist", "aktuell", "rate"}
 _KNOWN = {"target_speed_fraction"}  # Universal Robots' RTDE: the speed slider
 _MAY_BE = re.compile(
-    r"override|ov_pro|(?<![a-z])ov(rd?)?(?![a-z])|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
+    r"override|ov_pro|red_?vel|redu[ckz]|(?<![a-z])ov(rd?)?(?![a-z])|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
     r"(speed|vel(ocity)?|geschw(indigkeit)?|tempo|vitesse|ovrd?|(?<![a-z])v)[\s_.(\[-]*"
     r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
     re.IGNORECASE,
@@ -35,15 +35,16 @@ _NO_SHARE = re.compile(r"[a-z]/(s|min)\b|limit\s*$", re.IGNORECASE)  # a speed, 
 _OF_OTHERS = {"jog", "gripper", "spindle", "laser", "fan", "pump", "feeder", "conveyor", "belt", "acc", "acceleration"}
 _OF_OTHERS |= {"force", "torque", "request", "requested"}
 _MODES = {"mode", "modus", "opmode", "betriebsart", "betriebsmodus"}
+_NEUTRAL = _MODES | {"robot", "safety", "op", "operation", "program"}
 _OF_PARTS = {"joint", "axis", "tool", "gripper", "digital", "analog", "output", "input", "io"}
 _AUTOMATIC = {"auto", "aut", "automatic", "automatik", "automatikbetrieb", "ex", "ext", "extern", "external", "remote"}
 _AUTOMATIC |= {"run", "running", "normal", "play", "production", "produktion"}
 _RUNNING = {"safety_mode": "1", "robot_mode": "7"}  # Universal Robots' SafetyMode NORMAL, RobotMode RUNNING
-_MANUAL_NAMES = {"t1", "t2", "krf", "manual", "manuell", "reduced", "reduziert", "teach", "teaching", "setup"}
-_MANUAL_NAMES |= {"handbetrieb", "tippbetrieb", "einrichten", "einrichtbetrieb"}
-_MANUAL = _MANUAL_NAMES | {"man", "manr", "hand", "slow", "local"}
+_MANUAL_NAMES = {"t1", "t2", "krf", "manual", "manuell", "reduced", "reduziert", "teach", "teaching", "setup", "dry"}
+_MANUAL_NAMES |= {"handbetrieb", "tippbetrieb", "einrichten", "einrichtbetrieb", "testbetrieb"}
+_MANUAL = _MANUAL_NAMES | {"man", "manr", "hand", "slow", "local", "test"}
 _OFF = {"", "0", "0.0", "false", "no", "off", "aus", "nein", "falsch"}
-_WORD = re.compile(r"[A-ZÄÖÜ]?[a-zäöüß]+\d*|[A-ZÄÖÜ]+\d*(?![a-zäöüß])|%")
+_WORD = re.compile(r"[A-ZÄÖÜ]?[a-zäöüß]+\d*|[A-ZÄÖÜ]+\d*(?![a-zäöüß])|\d+|%")
 _PERCENT = re.compile(r"%|pct|percent|prozent|ov_pro", re.IGNORECASE)
 _MOST_SHARE = 1.1  # greater numbers are percent
 _FULL = 0.99  # share of full speed from which a run counts as not slowed down
@@ -135,7 +136,10 @@ def _slower_mode(name: str, cells: Sequence[str]) -> bool:
     found = {cell.strip() for cell in cells}
     if _is_mode(name) and not _words(name) & _MANUAL_NAMES:
         known = _RUNNING.get(name.lower())
-        return not all(cell == known or (_words(cell) & _AUTOMATIC and not _words(cell) & _MANUAL) for cell in found)
+        told = (_words(cell) - _NEUTRAL for cell in found - {known})
+        return not all(words and words <= _AUTOMATIC for words in told)
     if _words(name) & _MANUAL_NAMES:
         return not {cell.lower() for cell in found} <= _OFF
-    return any(words and words <= _MANUAL | _MODES for words in map(_words, found))
+    return any(
+        words & _MANUAL_NAMES or (words & _MANUAL and words <= _MANUAL | _NEUTRAL) for words in map(_words, found)
+    )

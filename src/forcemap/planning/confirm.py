@@ -14,10 +14,12 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo, Quantity
+from forcemap.campaigns.phase_two import MOST_SINKING
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import CONFIRMING, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
+from forcemap.impacts.impact import Quality
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.above_bound import unit_of
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
@@ -341,7 +343,7 @@ def _judged(
     checked: Mapping[str, _Checked],
 ) -> list[ConfirmingImpact]:
     """Every impact of the runs' states, slow to fast, and the runs whose recording gave no usable impact."""
-    judged, done = [], set[str]()
+    judged, done, unlike = [], set[str](), _sinking_unlike_map(impacts)
     columns = (runs.recording, runs.state_id, *_states_of(runs, plan.force_map.conditions).T, released)
     measured = (impacts.speed, impacts.peak_force, impacts.recording)
     for name, state, d, h, v, now in zip(*(column.tolist() for column in columns), strict=True):
@@ -353,6 +355,8 @@ def _judged(
             above = _above_bound(plan, impacts, row, (d, h, speed))
             outcome, reason = _outcome(force, upper, within, above, bool(impacts.censored[row]))
             place = impacts.distance[row], impacts.height[row]
+            if outcome is Confirmed.PASSES and row in unlike:
+                outcome, reason = Confirmed.CANNOT_TELL, Finding.of(FindingKind.SINKS_UNLIKE_MAP)
             if outcome is Confirmed.PASSES and plan.pressed and math.isnan(impacts.peak_pressure[row]):
                 outcome, reason = Confirmed.CANNOT_TELL, Finding.of(FindingKind.CONFIRM_WITH_FILM)
             if outcome is Confirmed.PASSES and now - speed > min(impacts.tolerance.speed, _AS_RELEASED):
@@ -370,6 +374,14 @@ def _judged(
             outcome = Confirmed.DOES_NOT_PASS if checked[name][0] is False else Confirmed.CANNOT_TELL
             judged.append(ConfirmingImpact(name, state, d, h, v, math.nan, upper, outcome, checked[name][1]))
     return judged
+
+
+def _sinking_unlike_map(impacts: ImpactDataset) -> set[int]:
+    """The impacts whose force sinks slowly to zero, where that of those that are to be fitted does not: none where it
+    does of some of these, too, for a robot may let go slowly."""
+    sinks = np.array([Quality.SLOW_RETURN in text for text in impacts.flags.tolist()], dtype=bool)
+    train = impacts.role == "train"
+    return set() if sinks[train].sum() > MOST_SINKING * train.sum() else set(np.flatnonzero(sinks & ~train).tolist())
 
 
 def _above_bound(

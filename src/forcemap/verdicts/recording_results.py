@@ -13,6 +13,7 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
@@ -21,6 +22,7 @@ from forcemap.campaigns.walk import CampaignRecording, FileState, Measured, Prog
 from forcemap.errors import InputError
 from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind
+from forcemap.impacts.impact import Quality
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.verdicts.pressure_verdict import PressureVerdict, check_pressure
@@ -104,10 +106,14 @@ class RecordingsCheck:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """What must be said first: that the unit of the force stands in no file, and that of the verdicts."""
-        judged = [each.recorded.recording for each in self.recordings if each.recorded and each.verdicts]
-        unit_open = tuple(recording.name for recording in judged if not recording.unit_stated)
+        """What must be said first: that the unit of the force stands in no file, that forces sink slowly, and that of
+        the verdicts."""
+        judged = [(each.name, each.recorded) for each in self.recordings if each.recorded and each.verdicts]
+        unit_open = tuple(recorded.recording.name for _, recorded in judged if not recorded.recording.unit_stated)
         said = [Finding.of(FindingKind.UNIT_NOT_IN_FILE, names=unit_open)] if unit_open else []
+        flags = {name: {flag.name for each in recorded.impacts for flag in each.flags} for name, recorded in judged}
+        if sinking := tuple(name for name, found in flags.items() if Quality.SLOW_RETURN in found):
+            said += filter(None, [PhaseTwo(sinking=len(sinking) / len(flags), sinking_at=sinking).doubt])
         return (*said, *(line for verdict in self.verdicts for line in verdict.warnings))
 
     @property
