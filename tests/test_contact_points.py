@@ -20,7 +20,7 @@ from forcemap.assessment.confirmation import confirmations
 from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, doubts_at_points, point_results
-from forcemap.campaigns.conditions import may_be_alike
+from forcemap.campaigns.conditions import may_be_alike, nearly_alike
 from forcemap.campaigns.not_stated import Matters, not_stated
 from forcemap.campaigns.point_list import AtPoint, measured_at_points
 from forcemap.campaigns.point_recordings import point_files, register_points
@@ -1502,3 +1502,36 @@ def test_impacts_at_a_point_far_below_the_map_permit_nothing(copied_cell, share,
     (found,) = assess_points(copied_cell).points
     assert (found.outcome is PointOutcome.CONFIRMED) is permitted, found.lacks
     assert permitted or [each.kind for each in found.lacks] == [FindingKind.FAR_BELOW_MAP]
+
+
+@pytest.mark.parametrize(("predicted", "told"), [(150.0, True), (130.0, False)])
+def test_a_point_that_impacts_permit_where_the_map_predicts_more_than_its_limit_is_doubted(
+    copied_cell, predicted, told
+):
+    """A robot at nine tenths of the speed that is stated is not far enough below the map to be refused."""
+    force_map = fm.fit_force_map(fm.read_dataset(copied_cell))
+    speeds = np.linspace(0.1, 0.6, 5001)
+    speed = speeds[np.argmin(np.abs(force_map.predict(0.67, 0.33, speeds) - predicted))]
+    place = PLACE | {"distance_m": "0.67", "height_m": "0.33"}  # beside every state
+    write_list(copied_cell, {**POINT, **place, **MADE, "recorded_at_mps": f"{speed:.4f}", "contact": "quasi-static"})
+    of_point(copied_cell, [0.9 * predicted * x for x in (1.0, 1.01, 0.99)])
+    found = assess_points(copied_cell)
+    assert found.points[0].outcome is PointOutcome.CONFIRMED, found.points[0].lacks
+    doubts = [each for each in found.findings if each.kind is FindingKind.POINT_BELOW_PREDICTION]
+    assert [each.figure("name") for each in doubts] == (["P1"] if told else [])
+    assert not told or doubts[0].figure("predicted_N") == pytest.approx(predicted, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("site", "alike"),
+    [
+        ("tool flange", True),
+        ("flange edge", True),
+        ("flnage", True),
+        ("finger", False),
+        ("flange 2", False),
+        ("flange", False),
+    ],
+)
+def test_a_site_with_the_words_of_the_campaigns_and_more_may_be_it(site, alike):
+    assert nearly_alike(site, "flange") is nearly_alike("flange", site) is alike

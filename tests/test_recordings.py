@@ -631,3 +631,61 @@ class TestRealRecordings:
             assert {each.curve: each.samples for each in recordings} == curves
             assert all(any("gaps" in note for note in each.notes) for each in recordings)
             assert "'speed_m_s_label'" in refused(real_data / "dummy_impact" / name).message
+
+
+HEADERS = {
+    "lvm": "LabVIEW Measurement\n***End_of_Header***\nDelta_X\t{interval}\n***End_of_Header***\nForce\n",
+    "interval": "Device,K1\nSampling interval (ms): {ms}\nForce\n",
+    "rate": "Device,K1\nSample rate [Hz];{rate}\nForce\n",
+    "kilohertz": "Sampling frequency = {khz} kHz\nForce\n",
+    "german": "Abtastrate: {rate} Hz\nForce\n",
+}
+
+
+@pytest.mark.parametrize("kind", HEADERS)
+@pytest.mark.parametrize(("rate", "stated"), [(1000.0, 1000.0), (1000.0, 10000.0), (2000.0, 500.0)])
+def test_a_rate_that_the_header_contradicts_is_refused(tmp_path, kind, rate, stated):
+    """Ten times too fast, a force that is held for two seconds looks like one of 0.2 s."""
+    head = HEADERS[kind].format(interval=1 / rate, ms=1000 / rate, rate=f"{rate:g}", khz=rate / 1000)
+    path = tmp_path / "run.lvm"
+    path.write_text(head + "".join(f"{force:.3f}\n" for force in PULSE))
+    columns = {"force": "Force", "sampling_rate_Hz": stated}
+    if stated == rate:
+        assert read_recording(path, columns=columns).sampling_rate == pytest.approx(rate)
+    else:
+        with pytest.raises(RecordingError, match=f"sampling_rate_Hz = {stated:g}; correct the one that is wrong"):
+            read_recording(path, columns=columns)
+
+
+PULSE = 0.3 * np.sin(np.arange(600) * 1.7) + 150 * np.exp(-(((np.arange(600) - 150) / 12) ** 2))
+
+
+@pytest.mark.parametrize("names", ["Fx [N],Fy [N],Fz [N]", "force_x_N,force_y_N,force_z_N", "Kraft X,Kraft Y,Kraft Z"])
+@pytest.mark.parametrize(("across", "refused"), [(0.0, False), (0.1, False), (0.7, True)])
+def test_one_component_of_a_force_is_not_read_alone_where_others_move_as_much(tmp_path, names, across, refused):
+    noise = np.random.default_rng(1).normal(0, 0.2, (600, 3))
+    forces = PULSE[:, None] * [across, 0, 1] + noise
+    path = tmp_path / "run.csv"
+    rows = (",".join([f"{i / 1000:.3f}", *(f"{x:.3f}" for x in row)]) for i, row in enumerate(forces))
+    path.write_text(f"time_s,{names}\n" + "\n".join(rows) + "\n")
+    one, every = names.split(",")[2], names.split(",")
+    whole = read_recording(path, columns={"time": "time_s", "force": every})
+    assert whole.force.shape == (600, 3)
+    if refused:
+        with pytest.raises(RecordingError, match="name the three columns as force"):
+            read_recording(path, columns={"time": "time_s", "force": one})
+    else:
+        assert read_recording(path, columns={"time": "time_s", "force": one}).force.shape == (600,)
+
+
+def test_a_component_that_never_changes_is_noted(tmp_path):
+    path = tmp_path / "run.csv"
+    for still in (True, False):
+        forces = np.column_stack([np.zeros(600), np.zeros(600), PULSE]) + np.random.default_rng(1).normal(
+            0, 1, (600, 3)
+        )
+        forces[:, 0] = np.where(still, 0.12, forces[:, 0])
+        rows = (",".join([f"{i / 1000:.3f}", *(f"{x:.3f}" for x in row)]) for i, row in enumerate(forces))
+        path.write_text("time_s,Fx,Fy,Fz\n" + "\n".join(rows) + "\n")
+        found = read_recording(path, columns={"time": "time_s", "force": ["Fx", "Fy", "Fz"]})
+        assert ("Fx is 0.12 in all rows: does its channel read?" in found.notes) is still

@@ -433,6 +433,7 @@ def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missin
     if sinks := [impact.sinks for impact in every]:
         at = tuple(name for name, impacts in confirming.items() if any(impact.sinks for impact in impacts))
         found += filter(None, [PhaseTwo(sinking=float(np.mean(sinks)), sinking_at=at).doubt])
+    found += filter(None, (_below_prediction(each, force_map) for each in points))
     of_none = [e for e in points if e.confirmed_by and e.point.by_measurements and not _of_map(e, force_map)]
     if not of_none:
         return found
@@ -443,6 +444,22 @@ def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missin
             Finding.of(FindingKind.SLOW_IMPACTS_MISSING, lowest_mps=min(fast), stated_mps=None, below_mps=None)
         )
     return found
+
+
+def _below_prediction(result: PointResult, force_map: ForceMap | Missing) -> Finding | None:
+    """That impacts permit a point where the map of its contact site and direction predicts more than the limit."""
+    point = result.point
+    if isinstance(force_map, Missing) or not force_map.fit or not (result.confirmed_by and point.by_measurements):
+        return None
+    states = force_map.fit.at_points.select(np.isin(force_map.fit.at_points.name, result.confirmed_by))
+    limit, predicted = point.limit.force(point.contact), force_map.predict(*states.coordinates.T)
+    if not np.any(predicted > limit):
+        return None
+    i = int(np.nanargmax(predicted))
+    figures = {"predicted_N": float(predicted[i]), "speed_mps": float(states.speed[i]), "limit_N": limit}
+    return Finding.of(
+        FindingKind.POINT_BELOW_PREDICTION, name=point.name, force_N=float(states.highest.max()), **figures
+    )
 
 
 def _of_map(result: PointResult, force_map: ForceMap | Missing) -> bool:

@@ -520,10 +520,14 @@ def may_be_alike(site: str, direction: str, other_site: str, other_direction: st
 
 
 def nearly_alike(site: str, other_site: str) -> bool:
-    """Whether two contact sites that differ are spelt so alike, with the same digits, that one may be a slip."""
+    """Whether two contact sites that differ may be one, with the same digits: spelt alike, or one has the words of the
+    other and more, as a tool flange and a flange."""
     one, other = normalised(site), normalised(other_site)
     digits = ["".join(filter(str.isdigit, text)) for text in (one, other)]
-    return one != other and digits[0] == digits[1] and SequenceMatcher(None, one, other).ratio() >= _NEARLY_ALIKE
+    more, less = set(one.split()), set(other.split())
+    alike = bool(one and other) and (more <= less or less <= more)
+    alike |= SequenceMatcher(None, one, other).ratio() >= _NEARLY_ALIKE
+    return one != other and digits[0] == digits[1] and alike
 
 
 def normalised(text: str) -> str:

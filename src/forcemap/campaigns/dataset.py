@@ -25,6 +25,7 @@ from forcemap.campaigns.state import CONFIRMING, PLACE_SIZE, States, StateTolera
 from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError, few
 from forcemap.findings import Finding, FindingKind
+from forcemap.impacts.impact import Quality
 from forcemap.impacts.scenario import ContactScenario
 
 if TYPE_CHECKING:
@@ -381,6 +382,11 @@ class ImpactDataset:
         if self.binding.refusal or not math.isnan(self.conditions.device.stiffness):
             return self.binding.refusal
         return Finding.of(FindingKind.SPRING_NOT_STATED)
+
+    @property
+    def sinks(self) -> Mask:
+        """True where the force returned to zero slowly, shape (n,): flag `slow_return`."""
+        return np.array([Quality.SLOW_RETURN in flags for flags in self.flags.tolist()], dtype=bool)
 
     @property
     def contradictions(self) -> tuple[Finding, ...]:

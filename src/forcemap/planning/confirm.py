@@ -19,7 +19,6 @@ from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import CONFIRMING, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
-from forcemap.impacts.impact import Quality
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.above_bound import unit_of
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
@@ -379,8 +378,7 @@ def _judged(
 def _sinking_unlike_map(impacts: ImpactDataset) -> set[int]:
     """The impacts whose force sinks slowly to zero, where that of those that are to be fitted does not: none where it
     does of some of these, too, for a robot may let go slowly."""
-    sinks = np.array([Quality.SLOW_RETURN in text for text in impacts.flags.tolist()], dtype=bool)
-    train = impacts.role == "train"
+    sinks, train = impacts.sinks, impacts.role == "train"
     return set() if sinks[train].sum() > MOST_SINKING * train.sum() else set(np.flatnonzero(sinks & ~train).tolist())
 
 

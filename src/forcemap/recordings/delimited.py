@@ -11,10 +11,12 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.components import other_components, refuse_one_of_several, still
 from forcemap.recordings.layout import Layout, find_layout
 from forcemap.recordings.numbers import NumberBlock, cut_off, read_numbers, refuse_doubtful_decimal
 from forcemap.recordings.recording import LEAST_SAMPLES
 from forcemap.recordings.sampling import Curve, check_sampling, in_newtons, in_seconds
+from forcemap.recordings.selection import Selection
 from forcemap.recordings.text import lines_of
 
 
@@ -37,9 +39,28 @@ def read_delimited(content: bytes, columns: ColumnMap | None) -> list[Curve]:
     layout = find_layout(lines, columns)
     block = _without_cut_row(read_numbers(lines, layout), layout)
     refuse_doubtful_decimal(lines, layout)
+    notes = (*block.notes, *_components(lines, layout, block))
     curves = _long(block, layout) if block.labels else _wide(block, layout)
     of_file: dict[str, Any] = {"metadata": layout.metadata, "unit_stated": layout.unit_stated}
-    return [replace(curve, notes=(*curve.notes, *block.notes), **of_file) for curve in curves]
+    return [replace(curve, notes=(*curve.notes, *notes), **of_file) for curve in curves]
+
+
+def _components(lines: bytes, layout: Layout, block: NumberBlock) -> tuple[str, ...]:
+    """Notes on components of a force that never change; one that is read without the others is refused."""
+    if len(layout.selection.forces) > 1 or not len(block.values):
+        return ()
+    (group,) = layout.selection.forces
+    names, forces = [layout.name(column) for column in group], [block.values[:, layout.place_of[i]] for i in group]
+    if len(group) > 1:
+        return still(names, forces)
+    if others := other_components(names[0], layout.names):
+        selection = Selection(None, tuple((column,) for column in others), None)
+        try:
+            values = read_numbers(lines, replace(layout, selection=selection)).values.T
+        except RecordingError:  # columns of something else
+            return ()
+        refuse_one_of_several(names[0], forces[0], zip(map(layout.name, others), values, strict=True))
+    return ()
 
 
 def _without_cut_row(block: NumberBlock, layout: Layout) -> NumberBlock:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,18 @@ from forcemap.recordings.text import LONGEST_LINE, first_lines, text_of
 from forcemap.recordings.units import ForceUnit, TimeUnit, Unit, remarked_units, stated_unit
 
 _SAMPLE, _SAMPLE_LINES = 1 << 16, 20  # bytes, from whose last lines the delimiter is found; a choice
+_NUMBER = (
+    r"[^\w.,+-]{0,20}(?P<named>[^\W\d]{0,20})[^\w.,+-]{0,20}(?P<number>[\d.,]{1,20}(?:e[+-]?\d{1,3})?)"
+    r"\s{0,5}[(\[]?(?P<unit>[^\W\d]{0,20})"
+)
+_RATE_THERE = re.compile(
+    r"(?:sampl\w{0,5}[\s_-]{0,5}(?:rate|freq\w{0,8})|scan[\s_-]{0,5}rate|abtast(?:rate|frequenz))" + _NUMBER, re.I
+)
+_INTERVAL_THERE = re.compile(
+    r"(?:delta[\s_-]?x|sampl\w{0,5}[\s_-]{0,5}(?:interval|period)|abtast(?:intervall|zeit))" + _NUMBER, re.I
+)
+_HERTZ = {"khz": 1e3, "ks": 1e3, "mhz": 1e6}
+_SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 _RATE = 0.1  # share by which a sampling rate may differ from the times beside it, rounding apart; a choice
 
 
@@ -78,6 +91,7 @@ def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
     unit_stated = _refuse_other_units(header, columns, selection)
     decimal = columns.decimal or _decimal(header, sample, delimiter, selection)
     if columns.time is None:
+        _refuse_rate_of_header(header, columns.sampling_rate)
         _refuse_other_rate(header, columns.sampling_rate, [cells_of(line, delimiter) for line in sample], decimal)
     row, more = len(header.lines) + 1, len(header.first) > len(selection.used) or columns.runs == ALL_COLUMNS
     unstated = delimiter == "," != columns.delimiter and not header.names and decimal == "."
@@ -100,6 +114,20 @@ def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
         raise RecordingError(f"{problem}; {remedy}", row=row, column=header.names[width])
     at = header.start, row, header.names, lines
     return Layout(columns, selection, delimiter, decimal, width, optional, *at, unit_stated)
+
+
+def _refuse_rate_of_header(header: Header, rate: float) -> None:
+    """Refuse a sampling rate [Hz] that is not the one in a line above the columns, or one over its interval."""
+    for row, line in enumerate(header.lines, 1):
+        for pattern, of in ((_RATE_THERE, _HERTZ), (_INTERVAL_THERE, _SECONDS)):
+            if row == header.names_row or not (found := pattern.search(line)):
+                continue
+            number, unit = found["number"], of.get((found["unit"] or found["named"]).lower(), 1.0)
+            read = [float(text) * unit for sign in (".", "") if is_number(text := number.replace(",", sign))]
+            rates = [each if of is _HERTZ else 1 / each for each in read if each > 0]
+            if rates and not any(abs(each - rate) <= _RATE * rate for each in rates):
+                problem = f"the file says {found[0].strip()!r}, the column map sampling_rate_Hz = {rate:g}"
+                raise RecordingError(f"{problem}; correct the one that is wrong", row=row)
 
 
 def _refuse_other_rate(header: Header, rate: float, sample: Sequence[Sequence[str]], decimal: str) -> None:

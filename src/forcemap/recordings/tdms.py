@@ -16,6 +16,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import MissingExtra, RecordingError
 from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap, Names, listed, missing_column
+from forcemap.recordings.components import other_components, refuse_one_of_several, still
 from forcemap.recordings.overrange import OVERRANGE
 from forcemap.recordings.recording import LEAST_SAMPLES
 from forcemap.recordings.sampling import Curve, check_sampling, in_newtons, in_seconds, refuse_other_unit
@@ -121,9 +122,30 @@ def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]
             raise RecordingError(
                 f"found {lengths} samples, expected at least {LEAST_SAMPLES} and as many in each", column=group[0]
             )
+        of_force = _components(group, forces, channels if len(groups) == 1 else {}, size, columns)
         times, notes = _times(time, channels, members, size, columns)
-        curves.append(Curve(group[0], times, forces, notes, unit_stated=all(stated)))
+        curves.append(Curve(group[0], times, forces, (*notes, *of_force), unit_stated=all(stated)))
     return curves
+
+
+def _components(
+    group: Sequence[str],
+    forces: Sequence[FloatArray],
+    channels: Mapping[str, TdmsChannel],
+    size: int,
+    columns: ColumnMap,
+) -> tuple[str, ...]:
+    """Notes on components of a force that never change; one that is read without the others is refused."""
+    if len(group) > 1:
+        return still(group, forces)
+    names = list(channels)
+    for other in (names[position] for position in other_components(group[0], names)):
+        try:
+            force = _force(other, channels[other], size, columns)
+        except RecordingError:  # a channel of something else
+            continue
+        refuse_one_of_several(group[0], forces[0], [(other, force)])
+    return ()
 
 
 def _find(column: str, channels: Mapping[str, TdmsChannel]) -> str:
