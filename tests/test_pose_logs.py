@@ -337,3 +337,15 @@ def test_modes_in_any_column_of_a_log_are_read(tmp_path):
         )
         (tmp_path / "log.csv").write_text(f"t;X;Y;Z;key_switch;speed_scaling\n{rows}")
         assert [each.kind.value for each in fm.read_path(tmp_path / "log.csv", columns=XYZ | CLOCK).doubts] == said
+
+
+def test_positions_without_times_are_not_held_against_a_rate_that_nobody_stated(tmp_path):
+    log, columns = tmp_path / "log.csv", {"position": ["X", "Y", "Z"], "length_unit": "mm"}
+    rows = "".join(f"{700 + i};0;{400 - 2 * i}\n" for i in range(30))
+    log.write_text(f"Robot UR\nSample rate [Hz];500\nX;Y;Z\n{rows}")
+    assert fm.read_path(log, columns=columns).time is None
+    with pytest.raises(fm.ForcemapError, match=r"the file says 'Sample rate \[Hz\];500'"):
+        fm.read_path(log, columns=columns | {"sampling_rate_Hz": 50.0})
+    log.write_text("t [s];X;Y;Z\n" + "".join(f"{8 * i / 1000};{row}\n" for i, row in enumerate(rows.splitlines())))
+    with pytest.raises(fm.ForcemapError, match=r"found a column of times, expected it to be stated"):
+        fm.read_path(log, columns=columns)

@@ -689,3 +689,19 @@ def test_a_component_that_never_changes_is_noted(tmp_path):
         path.write_text("time_s,Fx,Fy,Fz\n" + "\n".join(rows) + "\n")
         found = read_recording(path, columns={"time": "time_s", "force": ["Fx", "Fy", "Fz"]})
         assert ("Fx is 0.12 in all rows: does its channel read?" in found.notes) is still
+
+
+def test_a_component_that_stands_still_is_not_read_alone_beside_others_that_move(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("time_s,Fx,Fz\n" + "".join(f"{i / 1000:.3f},{x:.3f},0.5\n" for i, x in enumerate(PULSE)))
+    with pytest.raises(RecordingError, match="where Fz, which is read alone, moves by 0; expected all components"):
+        read_recording(path, columns={"time": "time_s", "force": "Fz"})
+
+
+def test_an_interval_of_a_second_in_the_header_says_nothing(tmp_path):
+    """LabVIEW writes it where it knows none."""
+    path = tmp_path / "run.lvm"
+    path.write_text(HEADERS["lvm"].format(interval="1.000000") + "".join(f"{force:.3f}\n" for force in PULSE))
+    assert read_recording(path, columns={"force": "Force", "sampling_rate_Hz": 1000.0}).sampling_rate == pytest.approx(
+        1000
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import http.client
 import json
 import os
@@ -909,3 +910,33 @@ def post(address, token, run, content):
 def write(path, content):
     path.write_bytes(content)
     return path
+
+
+def test_a_file_added_on_the_page_enters_nothing_that_is_stated_since_and_collect_says_what_it_enters(half_done):
+    """Who adds a recording after the gripper was mounted says nothing of those that were made before."""
+    folder, later = half_done
+    toml = folder / "campaign.toml"
+    stated = re.sub(r"(?m)^payload_kg = .*\n", "", toml.read_text())
+    toml.write_text(stated)
+    fm.collect_campaign(folder)
+    toml.write_text(
+        stated.replace("[tool]\n", "[tool]\npayload_kg = 5.0\n")
+        if "[tool]\n" in stated
+        else f"{stated}[tool]\npayload_kg = 5.0\n"
+    )
+    run, content = next(iter(later.items()))
+
+    def entered():
+        rows = csv.DictReader((folder / "recordings.csv").read_text().splitlines())
+        return Counter(row.get("tool.payload_kg", "") for row in rows)
+
+    with client_of(folder.parent) as client:
+        added = client.post(
+            f"/api/campaigns/half/recordings?{urlencode(HAND | {'file': f'{run}.csv', 'run': run})}",
+            content=content, headers=PLAIN,
+        )  # fmt: skip
+        assert added.status_code == 200, added.text
+        assert entered() == {"": 10, "5.0": 1}
+        assert "tool.payload_kg = 5.0" in client.post("/api/campaigns/half/collect").json()["stated_since"]
+        assert entered() == {"5.0": 11}
+        assert client.post("/api/campaigns/half/collect").json()["stated_since"] == ""

@@ -19,7 +19,7 @@ from forcemap.assessment.point_impacts import PASSED_OVER, PointImpact, point_im
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.campaigns.dataset import Quantity
-from forcemap.campaigns.phase_two import PhaseTwo
+from forcemap.campaigns.phase_two import force_sinks
 from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.state import StateTolerance
 from forcemap.direction import (
@@ -430,9 +430,8 @@ def doubts_at_points(points: Sequence[PointResult], force_map: ForceMap | Missin
     }
     every = [impact for impacts in confirming.values() for impact in impacts]
     found = list(dict.fromkeys(impact.since for impact in every if impact.since))
-    if sinks := [impact.sinks for impact in every]:
-        at = tuple(name for name, impacts in confirming.items() if any(impact.sinks for impact in impacts))
-        found += filter(None, [PhaseTwo(sinking=float(np.mean(sinks)), sinking_at=at).doubt])
+    if at := tuple(name for name, impacts in confirming.items() if any(impact.sinks for impact in impacts)):
+        found.append(force_sinks(float(np.mean([impact.sinks for impact in every])), at))
     found += filter(None, (_below_prediction(each, force_map) for each in points))
     of_none = [e for e in points if e.confirmed_by and e.point.by_measurements and not _of_map(e, force_map)]
     if not of_none:

@@ -199,10 +199,9 @@ def stated_since(entries: Iterable[Entry], conditions: Conditions, *, entered: b
 
 
 def as_known(then: Mapping[str, str], now: Mapping[str, str], *, entered: bool) -> dict[str, str]:
-    """What is stated `now` of a recording that was registered under `then`, nothing if it is new: how the robot hit
-    only if that was stated then, or is to be `entered`, so that `forcemap collect` alone does, which says it."""
-    keep = entered or not then
-    return {key: text for key, text in now.items() if keep or key in then or key not in _HOW_IT_HIT}
+    """What is stated `now` of a recording that was registered under `then`: how the robot hit only if that was stated
+    then, or is to be `entered`, so that `forcemap collect` alone does, which says it."""
+    return {key: text for key, text in now.items() if entered or key in then or key not in _HOW_IT_HIT}
 
 
 _HOW_IT_HIT = (

@@ -524,9 +524,9 @@ def nearly_alike(site: str, other_site: str) -> bool:
     other and more, as a tool flange and a flange."""
     one, other = normalised(site), normalised(other_site)
     digits = ["".join(filter(str.isdigit, text)) for text in (one, other)]
-    more, less = set(one.split()), set(other.split())
-    alike = bool(one and other) and (more <= less or less <= more)
-    alike |= SequenceMatcher(None, one, other).ratio() >= _NEARLY_ALIKE
+    words, others = set(one.split()), set(other.split())
+    more = bool(words and others) and (words <= others or others <= words)
+    alike = more or SequenceMatcher(None, one, other).ratio() >= _NEARLY_ALIKE
     return one != other and digits[0] == digits[1] and alike
 
 

@@ -18,14 +18,13 @@ from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.contradictions import contradictions, opposite_base_angle, range_exceeded
 from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
-from forcemap.campaigns.phase_two import PhaseTwo, including_unused
+from forcemap.campaigns.phase_two import PhaseTwo, including_unused, sinking
 from forcemap.campaigns.point_list import SPEED_NOT_STATED, AtPoint, phase_two_of
 from forcemap.campaigns.quantity import LEAST, Quantity
 from forcemap.campaigns.state import CONFIRMING, PLACE_SIZE, States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError, few
 from forcemap.findings import Finding, FindingKind
-from forcemap.impacts.impact import Quality
 from forcemap.impacts.scenario import ContactScenario
 
 if TYPE_CHECKING:
@@ -386,7 +385,7 @@ class ImpactDataset:
     @property
     def sinks(self) -> Mask:
         """True where the force returned to zero slowly, shape (n,): flag `slow_return`."""
-        return np.array([Quality.SLOW_RETURN in flags for flags in self.flags.tolist()], dtype=bool)
+        return sinking(self.flags)
 
     @property
     def contradictions(self) -> tuple[Finding, ...]:

@@ -89,7 +89,7 @@ def registered(
     if entry.use is Use.USED:
         entry = _assigned(campaign, recording, entry, used)
     stated = campaign.conditions.measured_under(entry.state_id, entry.name)
-    now = as_known(entry.conditions, stated, entered=enter)
+    now = as_known(entry.conditions, stated, entered=enter or not recording.entry.sha256)  # else it is new
     if not entry.conditions and campaign.conditions.date:
         now[MEASURED_ON] = campaign.conditions.date
     if entry.use is not Use.USED:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Objects, Texts
+from forcemap.arrays import FloatArray, Mask, Objects, Texts
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.csv_table import csv_cell
@@ -65,7 +65,7 @@ class PhaseTwo:
     ) -> PhaseTwo:
         """Count contact scenarios (None is not recorded), forces [N] (NaN is not recorded) and flags of states, shape
         (n,)."""
-        sinks = np.array([Quality.SLOW_RETURN in text for text in flags.tolist()], dtype=bool)
+        sinks = sinking(flags)
         sunk, every = Counter(state[sinks].tolist()), Counter(state.tolist())
         recorded = [kind for kind in scenario if kind is not None]
         forces = phase2_force[~np.isnan(phase2_force)]
@@ -102,7 +102,7 @@ class PhaseTwo:
         """That forces returned to zero slowly, of more than a stray impact; None otherwise."""
         if self.sinking <= MOST_SINKING and not self.sinking_at:
             return None
-        return Finding.of(FindingKind.FORCE_SINKS, share=self.sinking, names=self.sinking_at)
+        return force_sinks(self.sinking, self.sinking_at)
 
     @property
     def complete(self) -> bool:
@@ -147,6 +147,16 @@ class PhaseTwo:
         counts = {scenario.name: n for scenario, n in self.scenarios.items() if n}
         rest = {"largest_N": self.largest_force, "unrecorded": self.unrecorded, "excluded": self.excluded}
         return Finding.of(FindingKind.PHASE_TWO, **counts, **rest)
+
+
+def sinking(flags: Texts) -> Mask:
+    """Which impacts have a force that returned to zero slowly (flag `slow_return`), by their flags, shape (n,)."""
+    return np.array([Quality.SLOW_RETURN in text for text in flags.tolist()], dtype=bool)
+
+
+def force_sinks(share: float, names: tuple[str, ...]) -> Finding:
+    """That forces returned to zero slowly after a share of the impacts, and where."""
+    return Finding.of(FindingKind.FORCE_SINKS, share=share, names=names)
 
 
 OLD_COLUMN = "not_in_table"

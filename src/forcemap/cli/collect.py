@@ -51,6 +51,9 @@ def collect(
 ) -> None:
     """Read and judge all recordings of a campaign and write its impacts table.
 
+    What campaign.toml states since of tool, payload, contact site, direction or safety settings is entered with the
+    recordings that were there before, and said.
+
     Example: forcemap collect my-campaign
     """
     if watch:

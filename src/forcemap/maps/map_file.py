@@ -200,9 +200,8 @@ def _renamed(content: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
 
 
 def _phase_two_to_content(phase_two: PhaseTwo) -> dict[str, Any]:
-    unused: dict[str, Any] = {}
-    unused |= {} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}
-    unused |= {"sinking": phase_two.sinking, "sinking_at": list(phase_two.sinking_at)} if phase_two.sinking else {}
+    unused = {} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}
+    sinks = {"sinking": phase_two.sinking, "sinking_at": list(phase_two.sinking_at)} if phase_two.sinking else {}
     return {
         "scenarios": {scenario.value: n for scenario, n in phase_two.scenarios.items()},
         "unrecorded": phase_two.unrecorded,
@@ -210,6 +209,7 @@ def _phase_two_to_content(phase_two: PhaseTwo) -> dict[str, Any]:
         "above_peak": phase_two.above_peak,
         "excluded": phase_two.excluded,
         **unused,
+        **sinks,
     }
 
 

@@ -26,7 +26,8 @@ _JOINED = {"speedoverride", "speedscaling", "speedratio", "speedfraction", "spee
 _OF_ROBOT = {"rob", "robot", "roboter", "pro", "prog", "program", "actual", "act", "ist", "aktuell", "rate"}
 _KNOWN = {"target_speed_fraction"}  # Universal Robots' RTDE: the speed slider
 _MAY_BE = re.compile(
-    r"override|ov_pro|red_?vel|redu[ckz]|(?<![a-z])ov(rd?)?(?![a-z])|feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
+    r"override|ov_pro|red_?vel|redu[ckz]|(?<![a-z])ov(rd?)?(?![a-z])|"
+    r"feed[\s_.-]*rate|scaling[\s_.-]*factor|geschwindigkeitsfaktor|"
     r"(speed|vel(ocity)?|geschw(indigkeit)?|tempo|vitesse|ovrd?|(?<![a-z])v)[\s_.(\[-]*"
     r"(scal|fraction|slider|ratio|factor|mul|pct|percent|prozent|%)",
     re.IGNORECASE,

@@ -56,7 +56,7 @@ def read_pose_log(
     known = _column_map(columns)
     try:
         lines = lines_of(content)
-        layout = find_layout(lines, known)
+        layout = find_layout(lines, known, untimed=not {"time", "sampling_rate_Hz"} & columns.keys())
         _refuse_other_lengths(layout, columns["length_unit"])
         block = read_numbers(lines, layout, unnamed=True)
         _require_named(block.labels, layout)

@@ -29,11 +29,10 @@ def other_components(name: str, names: Sequence[str]) -> list[int]:
 
 def refuse_one_of_several(name: str, force: FloatArray, others: Iterable[tuple[str, FloatArray]]) -> None:
     """Refuse a component that is read alone, beside others of shape (n,) that move as it does."""
+    alone = np.ptp(force)
     for other, values in others:
-        if np.ptp(values) > _SHARE * np.ptp(force):
-            problem = (
-                f"found a component that moves by {np.ptp(values) / np.ptp(force):.0%} of {name}, which is read alone"
-            )
+        if (moves := np.ptp(values)) > _SHARE * alone:
+            problem = f"found a component that moves by {moves:g} where {name}, which is read alone, moves by {alone:g}"
             expected = "expected all components of the force: name the three columns as force"
             raise RecordingError(f"{problem}; {expected}", column=other)
 

@@ -13,7 +13,7 @@ from forcemap.recordings.cells import cells_of, find_delimiter, is_number
 from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap
 from forcemap.recordings.header import Header, find_header, optional_columns, plain_columns
 from forcemap.recordings.recording import LEAST_SAMPLES
-from forcemap.recordings.sampling import refuse_other_unit
+from forcemap.recordings.sampling import LONGEST_INTERVAL, refuse_other_unit
 from forcemap.recordings.selection import Selection, select
 from forcemap.recordings.text import LONGEST_LINE, first_lines, text_of
 from forcemap.recordings.units import ForceUnit, TimeUnit, Unit, remarked_units, stated_unit
@@ -64,7 +64,7 @@ class Layout:
         return {column: index for index, column in enumerate(self.selection.numbers)}
 
 
-def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
+def find_layout(content: bytes, columns: ColumnMap | None, *, untimed: bool = False) -> Layout:
     """The layout of a delimited file; without a column map its header must leave no doubt.
 
     Parameters
@@ -73,6 +73,8 @@ def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
         The lines of the file.
     columns : ColumnMap or None
         How the device writes its files.
+    untimed : bool
+        True of positions without times, whose sampling rate nobody stated.
 
     Raises
     ------
@@ -91,8 +93,10 @@ def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
     unit_stated = _refuse_other_units(header, columns, selection)
     decimal = columns.decimal or _decimal(header, sample, delimiter, selection)
     if columns.time is None:
-        _refuse_rate_of_header(header, columns.sampling_rate)
-        _refuse_other_rate(header, columns.sampling_rate, [cells_of(line, delimiter) for line in sample], decimal)
+        if not untimed:
+            _refuse_rate_of_header(header, columns.sampling_rate)
+        rate = math.nan if untimed else columns.sampling_rate
+        _refuse_other_rate(header, rate, [cells_of(line, delimiter) for line in sample], decimal)
     row, more = len(header.lines) + 1, len(header.first) > len(selection.used) or columns.runs == ALL_COLUMNS
     unstated = delimiter == "," != columns.delimiter and not header.names and decimal == "."
     if unstated and more and content.find(b".", header.start) < 0:  # "0,5,12,3" may be four numbers or two
@@ -125,13 +129,15 @@ def _refuse_rate_of_header(header: Header, rate: float) -> None:
             number, unit = found["number"], of.get((found["unit"] or found["named"]).lower(), 1.0)
             read = [float(text) * unit for sign in (".", "") if is_number(text := number.replace(",", sign))]
             rates = [each if of is _HERTZ else 1 / each for each in read if each > 0]
+            rates = [each for each in rates if each > 1 / LONGEST_INTERVAL]  # LabVIEW's 1 s stands for none
             if rates and not any(abs(each - rate) <= _RATE * rate for each in rates):
                 problem = f"the file says {found[0].strip()!r}, the column map sampling_rate_Hz = {rate:g}"
                 raise RecordingError(f"{problem}; correct the one that is wrong", row=row)
 
 
 def _refuse_other_rate(header: Header, rate: float, sample: Sequence[Sequence[str]], decimal: str) -> None:
-    """Refuse a sampling rate [Hz] that a column of times, which is not read, contradicts by more than its rounding."""
+    """Refuse a sampling rate [Hz] that a column of times, which is not read, contradicts by more than its rounding; NaN
+    is of positions without times, beside which there is to be no such column."""
     for column, name in enumerate(header.names):
         unit = stated_unit(name, of_time=True)
         cells = [row[column] for row in sample if column < len(row) and is_number(row[column])]
@@ -140,7 +146,12 @@ def _refuse_other_rate(header: Header, rate: float, sample: Sequence[Sequence[st
         times = [float(cell.replace(decimal, ".")) / unit.per_second for cell in cells]
         rounded = 10.0 ** -len(cells[-1].partition(decimal)[2]) / unit.per_second
         lasts, expected = times[-1] - times[0], (len(times) - 1) / rate
-        if times == sorted(times) and lasts > 0 and abs(lasts - expected) > _RATE * expected + 2 * rounded:
+        if times != sorted(times) or lasts <= 0:
+            continue
+        if math.isnan(rate):
+            expected_there = "expected it to be stated (time and time_unit), or taken out"
+            raise RecordingError(f"found a column of times, {expected_there}", column=name)
+        if abs(lasts - expected) > _RATE * expected + 2 * rounded:
             apart = lasts / (len(times) - 1)
             problem = f"found rows {apart:.4g} s apart by this column, sampling_rate_Hz = {rate:g} has {1 / rate:.4g} s"
             raise RecordingError(f"{problem}; state the column as time, or the rate that it has", column=name)

@@ -28,7 +28,9 @@ _IF_NOT_STATED = (ColumnMap.time_unit, ColumnMap.force_unit)
 _LONGEST_TIME = 1e9  # [s]
 _EPOCH = (1e9, 4.2e9)  # seconds since 1970, of the years 2001 to 2103
 _LARGEST_FORCE = 1e6  # [N]
-_SHORTEST_INTERVAL, _LONGEST_INTERVAL = 1e-7 * (1 - 1e-6), 0.999  # [s]: up to 10 MHz
+_SHORTEST_INTERVAL = 1e-7 * (1 - 1e-6)  # [s]: up to 10 MHz
+LONGEST_INTERVAL = 0.999
+"""Between the samples of a device [s]."""
 # Seconds taken for milliseconds, the dangerous slip, make a second a millisecond: sampled as fast as that, a recording
 # is a whole one or its time is in another unit.
 _FAST, _WHOLE = 5e-6, 0.02  # [s]: intervals, and what shows a baseline and Phase I
@@ -125,10 +127,10 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
         )
         raise RecordingError(message, row=int(rows[sample + 1]), column=column)
     # the median lies between the two: most files need no more
-    if highest <= (1 + REGULAR) * lowest and lowest >= _FAST and highest <= _LONGEST_INTERVAL:
+    if highest <= (1 + REGULAR) * lowest and lowest >= _FAST and highest <= LONGEST_INTERVAL:
         return ()
     usual = float(np.median(steps))
-    if not _SHORTEST_INTERVAL <= usual <= _LONGEST_INTERVAL:
+    if not _SHORTEST_INTERVAL <= usual <= LONGEST_INTERVAL:
         than = "faster" if usual < _SHORTEST_INTERVAL else "slower"
         problem = f"found samples {usual:g} s apart (median), {than} than any force measuring device"
         raise RecordingError(f"{problem}; is time_unit in the column map right?", column=column)

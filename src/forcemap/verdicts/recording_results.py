@@ -13,7 +13,7 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
-from forcemap.campaigns.phase_two import PhaseTwo
+from forcemap.campaigns.phase_two import force_sinks
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
@@ -113,7 +113,7 @@ class RecordingsCheck:
         said = [Finding.of(FindingKind.UNIT_NOT_IN_FILE, names=unit_open)] if unit_open else []
         flags = {name: {flag.name for each in recorded.impacts for flag in each.flags} for name, recorded in judged}
         if sinking := tuple(name for name, found in flags.items() if Quality.SLOW_RETURN in found):
-            said += filter(None, [PhaseTwo(sinking=len(sinking) / len(flags), sinking_at=sinking).doubt])
+            said.append(force_sinks(len(sinking) / len(flags), sinking))
         return (*said, *(line for verdict in self.verdicts for line in verdict.warnings))
 
     @property

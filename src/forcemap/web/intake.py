@@ -187,8 +187,10 @@ class Intake:
         self._intakes.setdefault(path, _CampaignIntake()).enter = True
         problem = await self._collected(path)
         entered = entered_since(before, campaign := read_campaign(path))
+        if problem is not None and entered:
+            message = f"{problem.message}. {sentence(entered)}"
+            raise type(problem)(message, file=problem.file, row=problem.row, column=problem.column)
         if problem is not None:
-            problem.message += f" {sentence(entered)}" * bool(entered)
             raise problem
         return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(campaign, impacts_of(path), entered))
 
